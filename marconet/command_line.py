@@ -636,6 +636,7 @@ def _refuse_unknown_plant(name: str) -> None:
 
 
 def _table(number: str, runs: int | None, figures: Path | None) -> bool:
+    from experiments.scenario.counted import counted
     from experiments.show.live_view import counting_view
     from experiments.show.tables.chapters import figures_of, table_of
     from experiments.show.text_views import print_measured, print_path
@@ -648,7 +649,7 @@ def _table(number: str, runs: int | None, figures: Path | None) -> bool:
     runs = runs or found.runs
     with counting_view(console, f"table {number}", found.steps(runs)) as progress:
         values = list(found.measure(runs, progress))
-    console.print(f"{found.title} ({runs} runs)\n{found.judged_by}", soft_wrap=True)
+    console.print(f"{found.title} ({counted(runs, 'run')})\n{found.judged_by}", soft_wrap=True)
     print_measured(console, values)
     if figures is not None:
         drawn = figures_of(number)

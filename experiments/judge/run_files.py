@@ -73,6 +73,7 @@ LOCK: Final = "run.lock"
 LEDGER: Final = "ledger.parquet"
 INJECTED: Final = "injected.toml"           # faults that came from outside during a run in real time
 FAULT_SOCKET: Final = "run.faults"          # by which they come
+FAULTS_LATER: Final = "run.faults_later"    # there while a run is starting that will take them
 RECORDS: Final = (SCENARIO.name, CHARTS.name, LEDGER, RUN.name, GUARANTEES.name, SUMMARY.name, "report.html", INJECTED,
-                  FAULT_SOCKET, "outputs.svg")            # beside the files of the recorders (netem/records/table.py)
+                  FAULT_SOCKET, FAULTS_LATER, "outputs.svg")    # beside those of the recorders (netem/records/table.py)
 JOURNALS: Final = ("ledger.rows", "signals.rows", "frames.rows")

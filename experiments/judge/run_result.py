@@ -9,6 +9,7 @@ from typing import Any
 import msgspec
 
 from experiments.judge.monitors.outcome import Standing, seconds
+from experiments.scenario.counted import counted
 from experiments.scenario.fate_keys import in_words
 
 
@@ -24,16 +25,12 @@ class Progress(msgspec.Struct, frozen=True):
     waited_s: float = 0.0
     preparing: str = ""                 # before the start: what a program prepares, with the steps done
     prepared: float = 0.0               # share of its steps that are done
+    held: bool = False                  # by a view, at a pause or at a speed that was chosen
 
     @property
     def real_time_factor(self) -> float:
         """Simulated time per wall time; above 1 is faster than real time."""
         return self.now_ns * 1e-9 / self.wall_s if self.wall_s > 0 else 0.0
-
-    @property
-    def left_s(self) -> float:
-        """Wall time until the end at the pace so far; 0 at the end, and before the pace is known."""
-        return self.wall_s * (self.end_ns - self.now_ns) / self.now_ns if self.now_ns > 0 else 0.0
 
 
 def by_fate(frames: Mapping[str, int]) -> str:
@@ -131,7 +128,7 @@ def lateness_in_words(real_time: Mapping[str, Any]) -> str:
     deliveries, overruns = real_time.get("deliveries"), real_time["overruns"]
     late, of = (deliveries, "deliveries") if deliveries and deliveries["events"] else (real_time, "instants")
     return (f"{of}: median {late['median_ns'] * 1e-6:.3g} ms, 99 % {late['p99_ns'] * 1e-6:.3g} ms, worst "
-            f"{late['worst_ns'] * 1e-6:.3g} ms; " + (f"{overruns} overruns" if overruns else "no overrun"))
+            f"{late['worst_ns'] * 1e-6:.3g} ms; " + (counted(overruns, "overrun") if overruns else "no overrun"))
 
 
 class RunResult(msgspec.Struct, frozen=True):

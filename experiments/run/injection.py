@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import msgspec
 
-from experiments.judge.run_files import FAULT_SOCKET, INJECTED, SCENARIO
+from experiments.judge.run_files import FAULT_SOCKET, FAULTS_LATER, INJECTED, RUN, SCENARIO
 from experiments.programs.firmware_programs import class_for
 from experiments.run.run_folder import owner
 from experiments.scenario.faults import has_execution_time, read_fault, refuse_overlaps, site_of
@@ -94,6 +94,7 @@ class Injection:
                 os.umask(mask)
             self._socket.listen()
             os.rename(f"{address}_", address)       # now that it listens, others may find it
+        end_announcement(folder)
         self._socket.setblocking(False)
         attends.attend(self._socket, self._accept)
 
@@ -212,9 +213,7 @@ def inject(run: Path, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:
         except PermissionError:
             raise NotInjected(f"{run}: the run belongs to another user, who alone may inject faults") from None
         except OSError:
-            why = "the run is not in real time: start it with --real-time, or with --view, to inject faults" \
-                if owner(run) else "the run has ended"
-            raise NotInjected(f"{run}: {why}") from None
+            raise NotInjected(f"{run}: {_why_closed(run)}") from None
         try:
             answer = _answer_on(asking, kind, keys)
         except TimeoutError:
@@ -222,6 +221,26 @@ def inject(run: Path, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:
         except (OSError, msgspec.MsgspecError):
             raise NotInjected(f"{run}: the run ended before it answered") from None
     return _injected(answer)
+
+
+def announce(folder: Path) -> None:
+    """Say that the run in `folder` will take faults, though it does not yet."""
+    (folder / FAULTS_LATER).touch()
+
+
+def end_announcement(folder: Path) -> None:
+    """Take back what `announce` said: the run takes faults now, or will never do so."""
+    (folder / FAULTS_LATER).unlink(missing_ok=True)
+
+
+def _why_closed(run: Path) -> str:
+    if not owner(run):
+        return "the run has ended"
+    if RUN.is_in(run):
+        return "the run is ending: its robots have stopped, and it takes no more faults"
+    if (run / FAULTS_LATER).exists() or (run / FAULT_SOCKET).exists():
+        return "the run is starting: its robots are not ready yet; try again"
+    return "the run is not in real time: start it with --real-time, or with --view, to inject faults"
 
 
 def inject_through_door(address: str, caller: Caller, kind: str, keys: Mapping[str, Any]) -> tuple[str, int]:

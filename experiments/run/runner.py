@@ -29,7 +29,7 @@ from experiments.run.charts import charts_of
 from experiments.run.debugged import CannotDebug, Debugged
 from experiments.run.exits import in_words
 from experiments.run.guarantee_watch import GuaranteeWatch
-from experiments.run.injection import Injection
+from experiments.run.injection import Injection, announce, end_announcement
 from experiments.run.network import Network
 from experiments.run.node_build import NodeSpecification
 from experiments.run.node_host import HostName, open_host
@@ -107,6 +107,8 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
     folder = RunFolder.claim(path, overwrite=overwrite)
     try:
         fates = {} if replay is None else {FATES_OF: (str(replay.folder.absolute()), replay.match)}
+        if real_time or view is not None:
+            announce(path)
         SCENARIO.write(path, scenario.resolved() | fates)
         specifications = node_specifications(scenario, partial(_tell_preparing, progress, scenario.length_ns))
         if charts := charts_of(scenario):
@@ -121,6 +123,7 @@ def run(scenario: Scenario, *, host: HostName = "process", out: Path | None = No
         with _collecting_only_what_the_run_makes():
             return prepared.run()
     finally:
+        end_announcement(path)
         folder.release()
 
 
@@ -471,7 +474,8 @@ class _Run:
         if self.on_progress is not None:
             frames = {fate.value: copies for fate, copies in self.ledger.closed.items()}
             self.on_progress(Progress(now_ns, self.scenario.length_ns, time.monotonic() - self.started_s,
-                                      self.conductor.windows, frames))
+                                      self.conductor.windows, frames,
+                                      held=self.steering is not None and self.steering.holds))
 
     def _waits(self, nodes: Sequence[str], waited_s: float) -> None:
         if self.on_progress is not None:

@@ -23,7 +23,7 @@ from experiments.show.console import print_table
 from experiments.show.outcome import ScenarioOutcome
 
 if TYPE_CHECKING:
-    from experiments.judge.run_result import Summary
+    from experiments.judge.run_result import RunResult, Summary
     from experiments.run.inline_parent import Child
     from experiments.run.live.server_process import ServerProcess
     from experiments.run.replay import Replay
@@ -149,19 +149,22 @@ class Batch:
             with live_view(self.console, scenario.name, scenario.length_ns * 1e-9) as progress:
                 result = runner.run(scenario, out=folder, progress=progress, view=view, **options)
             if view is not None:
-                view.end(result.summary.holds, what_does_not_hold(result.summary), result.folder)
+                view.end(result.summary.holds, what_does_not_hold(result.summary), result.folder, _report_of(result))
         if in_full:
             print_summary(self.console, result.summary)
             self.console.print()
-            written = result.folder / (result.summary.report or ".")
-            print_path(self.console, "report" if written.is_file() else "records",
-                       written if written.is_file() else result.folder)
+            report = _report_of(result)
+            print_path(self.console, "records" if report is None else "report", report or result.folder)
         _print_warnings(scenario.name, result.summary.warnings, in_full)
         problems = what_does_not_hold(result.summary)
-        for line in problems:
+        for line in () if in_full and self._one_terminal() else problems:
             print(line if in_full else f"{scenario.name}: {line}", file=sys.stderr)
         code = ExitCode.DONE if result.summary.holds else ExitCode.EXPECTATION_BROKEN
         return ScenarioOutcome(scenario.name, source, code, problems, str(result.folder), result.summary)
+
+    def _one_terminal(self) -> bool:
+        """Return whether results and errors meet on a terminal, where the table says already what does not hold."""
+        return self.console.is_terminal and sys.stdout.isatty() and sys.stderr.isatty()
 
     def _print(self, verb: str, several: bool) -> None:
         if several:
@@ -239,6 +242,11 @@ def run_folder(scenario: Scenario, out: Path | None) -> Path:
     if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not SCENARIO.is_in(folder))):
         raise FileExistsError(f"--out {folder}: holds something else than a run; name a new folder")
     return folder
+
+
+def _report_of(result: RunResult) -> Path | None:
+    written = result.folder / (result.summary.report or ".")
+    return written if written.is_file() else None
 
 
 def _print_warnings(scenario: str, warnings: Sequence[str], in_full: bool) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from experiments.run.exits import ExitCode, errors_as_text
+from experiments.scenario.counted import counted
 
 if TYPE_CHECKING:
     from experiments.search.falsify import Found, Wanted
@@ -84,7 +85,7 @@ def _print_break(console: Console, found: Found, wanted: Wanted, command: str) -
     figures = found.figures
     if found.file is None:
         console.print(f"{wanted.objective.text}: {found.without:.6g} without losses and faults, and nothing worse in "
-                      f"{found.runs} runs within the budget", soft_wrap=True)
+                      f"{counted(found.runs, 'run')} within the budget", soft_wrap=True)
         return
     if figures.failure:
         console.print(f"{wanted.objective.text}: the run fails: {figures.failure}", soft_wrap=True)
@@ -111,12 +112,12 @@ def _print_shrink(console: Console, shrunk: Shrunk) -> None:
     kept = f"with {len(shrunk.kept)} of {len(shrunk.items)} faults, losses and other changes of frames" \
         if shrunk.kept else "without any fault, loss or other change of a frame"
     console.print(f"{what} still fails {kept}, in {shrunk.length_ns / 1e9:.9g} of {shrunk.full_length_ns / 1e9:.9g} s; "
-                  f"{shrunk.runs} runs", soft_wrap=True)
+                  f"{counted(shrunk.runs, 'run')}", soft_wrap=True)
     _print_lines(console, shrunk.lines)
     print_path(console, "scenario", shrunk.file)
     console.print(_command(shrunk.file), soft_wrap=True)
     if not shrunk.minimal:
-        print(f"warning: not minimal: all {shrunk.runs} runs were used up: shrink a run of this scenario further, or "
+        print(f"warning: not minimal: all {shrunk.runs} --runs were used up: shrink a run of this scenario further, or "
               "give more --runs", file=sys.stderr)
 
 

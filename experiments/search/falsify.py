@@ -40,7 +40,7 @@ from experiments.sweep.workers import Workers
 from netem.core.link_name import LinkName
 from netem.impairments.changes import losing
 
-Progress = Callable[[], None]           # after each run
+Progress = Callable[[int], None]        # how many runs have ended since the last call; 0 before the first
 StrategyOf = Callable[[Space, int, int], Strategy]
 
 
@@ -85,7 +85,7 @@ class Found:
         return len(self.costs)
 
 
-def falsify(wanted: Wanted, progress: Progress = lambda: None) -> Found:
+def falsify(wanted: Wanted, progress: Progress = lambda more: None) -> Found:
     """Search and return the worst that was found; its scenario is written, if it is worse than no loss and no fault.
 
     Raises BadBudget, NoPlace or ScenarioError before the search.
@@ -211,6 +211,7 @@ def _search(wanted: Wanted, workers: Workers, making: Making, space: Space, midd
     found = Found(middle, objective.value(without), objective.value(without), first)
     best: tuple[float, int] = (without, 0)
     strategy = wanted.strategy(space, wanted.runs, wanted.seed)
+    progress(0)
     try:
         while found.runs < wanted.runs:
             candidates = strategy.ask()[:wanted.runs - found.runs]
@@ -221,7 +222,7 @@ def _search(wanted: Wanted, workers: Workers, making: Making, space: Space, midd
             for point, ended in workers.evaluate([Point(number, making.values(candidate), seed)
                                                   for number, candidate in enumerate(candidates)]):
                 of[point.number] = ended
-                progress()
+                progress(1)
             told = [(objective.cost(of[number]), candidate) for number, candidate in enumerate(candidates)]
             for number, (cost, candidate) in enumerate(told):
                 if (cost, candidate.size) < best:

@@ -9,10 +9,11 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from experiments.judge.run_result import Progress, by_fate
 from experiments.show.console import PlainConsole
+from experiments.show.time_left import TimeLeft
 
 if TYPE_CHECKING:
     from experiments.show.console import Console
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
 BAR_EVERY_S = 0.1
 LINE_EVERY_S = 5.0
 MOST_NAMES = 5          # most nodes named in the line about nodes that do not answer
+LEAST_SHARE = 0.01      # of a run, before the time left is estimated; of counted runs it is one
+
+
+class Count(Protocol):
+    def __call__(self, more: int = 1) -> None:
+        """Tell that `more` runs have ended; 0: that the first ones begin."""
 
 
 @contextmanager
@@ -29,14 +36,19 @@ def live_view(console: Console, what: str, length_s: float,
     heading = f"{what}: {length_s:g} s of robot time"
     with _view(console, what, length_s, f"{what}: starting", heading) as (show, every_s):
         due_s = now_s() + every_s if every_s == LINE_EVERY_S else now_s()
-        waiting = False
+        waiting = held = False
+        time_left = TimeLeft(length_s, LEAST_SHARE * length_s)
 
         def tell(progress: Progress) -> None:
-            nonlocal due_s, waiting
-            begins = bool(progress.waits_for) and not waiting       # shown at once
-            waiting = bool(progress.waits_for)
+            nonlocal due_s, waiting, held
+            begins = (bool(progress.waits_for) and not waiting) or (progress.held and not held)     # shown at once
+            waiting, held = bool(progress.waits_for), progress.held
+            left = time_left.at(progress.now_ns * 1e-9, progress.wall_s)
+            if held:
+                time_left.forget()
             if begins or now_s() >= due_s or progress.now_ns >= progress.end_ns:
-                show(length_s * progress.prepared if progress.preparing else progress.now_ns * 1e-9, figures(progress))
+                show(length_s * progress.prepared if progress.preparing else progress.now_ns * 1e-9,
+                     figures(progress, "" if held else left))
                 due_s = now_s() + every_s
 
         yield tell
@@ -44,16 +56,19 @@ def live_view(console: Console, what: str, length_s: float,
 
 @contextmanager
 def counting_view(console: Console, what: str, total: int,
-                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[], None]]:
-    """Yield the function that the caller calls after each of `total` runs."""
+                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Count]:
+    """Yield the function that the caller calls after each of `total` runs, and with 0 when the first ones begin."""
     with _view(console, what, total, what) as (show, every_s):
         done, due_s = 0, now_s() + every_s
+        time_left, estimated = TimeLeft(total, 1), False
 
-        def tell() -> None:
-            nonlocal done, due_s
-            done += 1
-            if now_s() >= due_s:
-                show(done, f"{done} of {total} runs")
+        def tell(more: int = 1) -> None:
+            nonlocal done, due_s, estimated
+            done += more
+            left = time_left.at(done, now_s())
+            if done <= 1 or now_s() >= due_s or (left and not estimated):
+                estimated = bool(left)
+                show(done, f"{done} of {total} runs" + (f", {left}" if left else ""))
                 due_s = now_s() + every_s
 
         yield tell
@@ -64,26 +79,27 @@ def campaign_view(console: Console, what: str,
                   now_s: Callable[[], float] = time.monotonic) -> Iterator[Callable[[int, int, int], None]]:
     """Yield the function that a campaign calls with (runs that have ended, of how many, of which do not hold).
 
-    The time left is that of the runs to come at the pace of those that ended since the first call, as a campaign that
-    is resumed begins with runs that took no time.
+    The pace is that of the runs that ended since the first call, as a campaign that is resumed begins with runs that
+    took no time.
     """
-    begins: tuple[float, int] | None = None
+    time_left: TimeLeft | None = None
     due_s = 0.0
     with _view(console, what, 1.0, f"{what}: checking the settings") as (show, every_s):
         def tell(ended: int, total: int, broken: int) -> None:
-            nonlocal begins, due_s
-            if begins is None:
-                begins, due_s = (now_s(), ended), now_s() + every_s
+            nonlocal time_left, due_s
+            if time_left is None:
+                time_left, due_s = TimeLeft(total, 1), now_s() + every_s
+                time_left.at(ended, now_s())
             elif now_s() >= due_s or ended == total:
-                pace_s = (now_s() - begins[0]) / max(1, ended - begins[1])
-                left = f", {_duration(pace_s * (total - ended))} left" if ended < total else ""
-                show(ended / total, f"{ended} of {total} runs{left}" + (f", {broken} do not hold" if broken else ""))
+                left = time_left.at(ended, now_s())
+                show(ended / total, f"{ended} of {total} runs" + (f", {left}" if left else "") +
+                     (f", {broken} do not hold" if broken else ""))
                 due_s = now_s() + every_s
 
         yield tell
 
 
-def figures(progress: Progress) -> str:
+def figures(progress: Progress, left: str = "") -> str:
     """Return robot time, real-time factor, wall time left and frames by fate in one line.
 
     Before the start it is what a program prepares; while nodes do not answer, who they are.
@@ -93,20 +109,13 @@ def figures(progress: Progress) -> str:
     if progress.waits_for:
         return f"waits for {_some(progress.waits_for)}: no answer for {progress.waited_s:.0f} s"
     time_s = f"{progress.now_ns * 1e-9:.2f} of {progress.end_ns * 1e-9:.2f} s"
-    left_s = progress.left_s
-    left = f"{_duration(left_s)} left  " if left_s else ""
-    return f"{time_s}  {progress.real_time_factor:.1f} x real time  {left}{by_fate(progress.frames)}"
+    return "  ".join(filter(None, (time_s, f"{progress.real_time_factor:.1f} x real time", left,
+                                   by_fate(progress.frames))))
 
 
 def _some(names: Sequence[str]) -> str:
     shown = ", ".join(names[:MOST_NAMES])
     return f"{shown} and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else shown
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {rest} s" if minutes else \
-        f"{rest} s"
 
 
 @contextmanager

@@ -73,9 +73,10 @@ class Swept:
     warnings: list[str] = field(default_factory=list)
 
     def commands(self, most: int) -> list[tuple[Row, str]]:
-        """Return the first failures, then the worst of each figure, each with the command that repeats it."""
+        """Return `most` runs that do not hold and the worst of each figure, by number, each with its command."""
         rows = {row.number: row for row in (*self.campaign.failed()[:most], *self.campaign.worst().values())}
-        return [(row, shlex.join(self.campaign.plan.repeat(row.setting, row.seed))) for row in rows.values()]
+        return [(rows[number], shlex.join(self.campaign.plan.repeat(rows[number].setting, rows[number].seed)))
+                for number in sorted(rows)]
 
 
 def sweep(wanted: Wanted, progress: Progress = lambda ended, total, broken: None) -> Swept:

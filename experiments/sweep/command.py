@@ -95,11 +95,15 @@ def _print(console: Console, swept: Swept) -> None:
     if whole_s:
         emulated = percent(sum(row.figures.emulation_s for row in campaign.rows) / whole_s)
         console.print(f"{emulated} of {whole_s:.4g} s of processor time was emulation", soft_wrap=True)
-    for row, command in swept.commands(MOST_COMMANDS):
+    commands = swept.commands(MOST_COMMANDS)
+    for row, command in commands:
         what = "failed" if row.figures.failure else "holds" if row.figures.holds else "does not hold"
         folder = swept.repeated.get(row.number)
         console.print(f"run {row.number} {what}: {command}" + (f"\n  its records: {folder}" if folder else ""),
                       soft_wrap=True)
+    if more := len(campaign.failed()) - sum(not row.figures.holds for row, _ in commands):
+        console.print(f"and {more} more that {'do' if more > 1 else 'does'} not hold: see the report, or runs.parquet "
+                      "for all", soft_wrap=True)
     for line in swept.warnings:
         print(f"warning: {line}", file=sys.stderr)
     print_path(console, "runs", swept.folder / "runs.parquet")

@@ -87,6 +87,7 @@ class Fault:
     cuts: ClassVar[bool] = False            # whether it cuts links, and takes the key `spares_under_way`
     flips: ClassVar[bool] = False           # whether it changes copies on links, drawn while it acts, and takes it too
     away: ClassVar[bool] = False            # whether its nodes do not receive during an occurrence
+    unset: ClassVar[Mapping[str, str]] = {}     # by field whose default is None: the meaning of that, for people
 
     def resolve(self, on: str, site: Site) -> list[Target]:
         """Return what `on` selects; ValueError for text of another form, or that selects nothing."""

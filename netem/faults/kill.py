@@ -25,6 +25,7 @@ class Kill(Fault):
     lasting: ClassVar = False
     kills: ClassVar = True
     away: ClassVar = True
+    unset: ClassVar[Mapping[str, str]] = {"restart_after_ns": "never"}
     restart_after_ns: int | None = None
     clock: Literal["kept", "reset"] = "kept"
     inputs_when_dead: Mapping[str, Any] = field(default_factory=dict)

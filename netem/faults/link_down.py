@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
@@ -30,6 +30,7 @@ class LinkDown(Fault):
     needs: ClassVar = "a medium with two nodes or more"
     cuts: ClassVar = True
     spares_under_way: bool = False
+    unset: ClassVar[Mapping[str, str]] = {"carriers": "cross"}
     carriers: Literal["cross", "stop"] | None = None
 
     @classmethod

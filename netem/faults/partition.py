@@ -12,6 +12,7 @@ Jepsen (Kingsbury, jepsen.nemesis: partition-halves, bridge, partition-majoritie
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import permutations
 from typing import ClassVar, Literal
@@ -27,6 +28,7 @@ class Partition(LinkDown):
 
     on: ClassVar = "media"
     needs: ClassVar = "a medium with two nodes or more"
+    unset: ClassVar[Mapping[str, str]] = {**LinkDown.unset, "shape": "none, if groups are given"}
     groups: tuple[tuple[str, ...], ...] = ()
     shape: Literal["halves", "ring", "bridge", "isolate"] | None = None
     nodes: tuple[str, ...] = ()

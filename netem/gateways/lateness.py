@@ -48,5 +48,7 @@ class Lateness:
 
         The histogram has a pair (largest lateness of the bucket [ns], events in it) for each bucket that is not empty.
         """
-        return {"median_ns": self.quantile_ns(0.5), "p99_ns": self.quantile_ns(0.99), "worst_ns": self.worst_ns,
-                "histogram": sorted(self.buckets.items())}
+        return {**self.quantiles(), "histogram": sorted(self.buckets.items())}
+
+    def quantiles(self) -> dict[str, int]:
+        return {"median_ns": self.quantile_ns(0.5), "p99_ns": self.quantile_ns(0.99), "worst_ns": self.worst_ns}

@@ -165,9 +165,13 @@ class Pace:
 
     def figures(self) -> dict[str, Any]:
         """Return the entries of `run.json`: the lateness of instants and of deliveries, rate, limit and overruns."""
-        return {"instants": self.lateness.events, **self.lateness.figures(), "overruns": self.overruns,
+        return {**self.totals(), **self.lateness.figures(),
                 "overrun_limit_ns": self.settings.overrun_limit_ns, "rate": self.settings.rate,
                 "deliveries": {"events": self.deliveries.events, **self.deliveries.figures()}}
+
+    def totals(self) -> dict[str, int]:
+        """Return the lateness of instants so far without its histogram, and the overruns."""
+        return {"instants": self.lateness.events, **self.lateness.quantiles(), "overruns": self.overruns}
 
     def close(self) -> None:
         self._selector.close()

@@ -47,6 +47,7 @@ WAITING_AFTER_S: Final = 2.0
 TELL_EVERY_S: Final = 0.5
 KILL_AFTER_S: Final = 3.0
 KILL_WITHIN_S: Final = 5.0          # for the end of a process that a fault kills
+READY: Final = "word that it is ready"       # what the host waits for first
 Message = TypeVar("Message", Hello, Report)
 
 
@@ -99,7 +100,7 @@ class ProcessHost:
         self._watchdog = threading.Thread(target=self._watch, name="node watchdog", daemon=True)
         self._watchdog.start()
         self._expect(set(self._starting))
-        hellos = self._collect(set(self._starting), msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")
+        hellos = self._collect(set(self._starting), msgspec.msgpack.Decoder(Hello).decode, READY)
         if failed := {name: ("could not start", hellos[name].error) for name in self._senders if hellos[name].error}:
             raise programs_failed(failed)
         for name in self._senders:
@@ -120,7 +121,7 @@ class ProcessHost:
         self._spawn(name, life)
         awaited = {name}
         self._expect(awaited)
-        hello = self._collect(awaited, msgspec.msgpack.Decoder(Hello).decode, "word that it is ready")[name]
+        hello = self._collect(awaited, msgspec.msgpack.Decoder(Hello).decode, READY)[name]
         if hello.error:
             raise programs_failed({name: ("could not start", hello.error)})
         self._greet(name, hello)
@@ -301,7 +302,7 @@ class ProcessHost:
         garbage = f"; {self.garbage[name]} unreadable messages came from it" if self.garbage[name] else ""
         under_way = self._alive.under_way(name)
         self._alive.kill(name)
-        why = words.hangs(f"no {what}", self._timeout_s, under_way, stopped=stopped)
+        why = words.hangs(f"no {what}", self._timeout_s, under_way, stopped=stopped, starting=what == READY)
         return NodeFailure(name, f"{why}{others}{garbage}", detail=self._detail(name))
 
     def _is_held(self, name: str) -> bool:

@@ -120,7 +120,8 @@ class Watchdog:
             frame = stacks.get(STANDS_IN.get(self._watched, self._watched), frame)
         frames = [Frame(found.filename, found.lineno or 0, found.name)
                   for found in reversed(traceback.extract_stack(frame))]
-        self.reason = words.hangs("no answer", self._timeout_s, self._under_way, frames=frames)
+        self.reason = words.hangs("no answer", self._timeout_s, self._under_way, frames=frames,
+                                  starting=self._turn.steps < len(self._nodes))      # one step builds one node
         self.detail = as_traceback(frames)
 
     def _interrupt(self) -> None:

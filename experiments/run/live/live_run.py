@@ -53,7 +53,10 @@ class LiveRun:
         attends.attend(self._server.socket, self._hear)
         if self._server.door is not None:
             self._leave_door = self._server.door.begin(attends, told_of("view", self._event_now))
-        if steering is not None and not steering.await_page(PAGE_WITHIN_S):
+        if steering is None:
+            return
+        print(f"view: the run waits up to {PAGE_WITHIN_S:g} s for its page to be opened", file=sys.stderr, flush=True)
+        if not steering.await_page(PAGE_WITHIN_S):
             print(f"no page was opened within {PAGE_WITHIN_S:g} s: the run goes as fast as it can until one is",
                   file=sys.stderr)
 
@@ -139,7 +142,7 @@ class LiveRun:
         self._server.send(Update(
             now_ns, self._speed(now_ns), steering is not None and steering.paused,
             1.0 if steering is None else steering.speed, new, changed, self._tally.positions(), self._away(now_ns),
-            self._tally.events(), self._tally.events_total, None if pace is None else pace.lateness.figures(),
+            self._tally.events(), self._tally.events_total, None if pace is None else pace.totals(),
             self._tally.samples() if self._server.with_foxglove else {}))
 
     def _speed(self, now_ns: int) -> float:

@@ -82,10 +82,10 @@ class ServerProcess:
         lines = self._side_process.receive()
         return None if lines is None else [to_run.decode(line) for line in lines]
 
-    def end(self, holds: bool, problems: Sequence[str], folder: Path) -> None:
-        """Tell the pages that the run has come to its end, and what does not hold."""
+    def end(self, holds: bool, problems: Sequence[str], folder: Path, report: Path | None) -> None:
+        """Tell the pages that the run has come to its end, what does not hold, and where its report is."""
         self.send(End("everything is as expected" if holds else "not everything is as expected", holds, problems,
-                      str(folder)))
+                      str(folder), "" if report is None else str(report.absolute())))
 
     def fail(self, why: str) -> None:
         """Tell the pages what ended the run."""

@@ -64,11 +64,12 @@ class Steering:
     def poll(self) -> None:
         """Handle the messages that have arrived. The conductor calls this between two windows, or before the first."""
         self._attend_for(0)
-        if self._holds and not self._stop_comes:
+        if self.holds and not self._stop_comes:
             self._stop_at(self._conductor.passed_ns)
 
     @property
-    def _holds(self) -> bool:
+    def holds(self) -> bool:
+        """Whether a page is open, and the run paused there or at a speed."""
         return self._watched and (self.paused or self.speed is not None)
 
     def _stop_at(self, time_ns: int) -> None:
@@ -81,12 +82,12 @@ class Steering:
         while (left_s := self._left_s(now_ns)) > 0:
             self._attend_for(left_s)
         self._attend_for(0)
-        if self._holds:
+        if self.holds:
             self._stop_at(now_ns + (max(1, round(self.speed * PACED_S * 1e9)) if self.speed and not self.paused else 0))
 
     def _left_s(self, now_ns: int) -> float:
         """Return how long the run is to be held at `now_ns`."""
-        if not self._holds:
+        if not self.holds:
             return 0.0
         if self.paused or self.speed is None:
             return LOOKS_EVERY_S

@@ -11,6 +11,7 @@ from experiments.judge.campaign import Campaign, is_campaign, load_campaign
 from experiments.judge.difference import LEVEL, Difference, differences
 from experiments.judge.run_data import RunData, load_run
 from experiments.judge.run_files import SCENARIO
+from experiments.scenario.counted import counted
 from experiments.show.campaign.build import common, estimate, number, page
 from experiments.show.campaign.curves import overlaid
 from experiments.show.report.build import verdicts_of
@@ -69,8 +70,8 @@ def _campaigns(a: Campaign, b: Campaign) -> Comparison:
     verb = "differs" if len(differing) == 1 else "differ"
     lines = [f"{', '.join(differing)}: {verb} by more than chance" if differing else
              "no figure differs by more than chance",
-             f"{found[0].test}; two-sided, p adjusted by Holm, level {LEVEL:g}; {names[0]}: {len(a.rows)} runs, "
-             f"{names[1]}: {len(b.rows)} runs"]
+             f"{found[0].test}; two-sided, p adjusted by Holm, level {LEVEL:g}; {names[0]}: "
+             f"{counted(len(a.rows), 'run')}, {names[1]}: {counted(len(b.rows), 'run')}"]
     lines += [f"{one.key}: {one.missing} runs have no such figure" for one in found if one.missing]
     plots = [{"kind": "two", "title": one.key, "x": one.key, "y": "runs", "note": one.in_words(), "min": None,
               "max": None, "groups": [{"label": name, "values": [value for value in campaign.values(one.key)

@@ -48,7 +48,7 @@ class Update(msgspec.Struct, tag="update"):
     away: Mapping[str, str]                     # by node that is dead or stands still: a word for it; all of them
     events: Sequence[TimedEvent]                # the latest ones
     events_total: int
-    lateness: Mapping[str, Any] | None          # in real time
+    lateness: Mapping[str, int] | None          # in real time: `Pace.totals`
     samples: Mapping[str, Mapping[str, float | None]] = {}     # by node: its signals, if Foxglove is asked for
 
 
@@ -63,12 +63,13 @@ class Answer(msgspec.Struct, tag="answer"):
 
 
 class End(msgspec.Struct, tag="end"):
-    """The run has ended; `words` says how."""
+    """The run has ended; `words` says how. `report` is the path of report.html, "" without one."""
 
     words: str
     holds: bool
     problems: Sequence[str]
     folder: str
+    report: str = ""
 
 
 class Listening(msgspec.Struct, tag="listening"):

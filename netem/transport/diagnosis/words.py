@@ -31,11 +31,19 @@ def ended(exit_code: int, under_way: UnderWay | None = None) -> str:
     return f"exited with code {exit_code}{where if under_way is not None and under_way.call() else ''}"
 
 
-def hangs(what: str, timeout_s: float, under_way: UnderWay, *, stopped: bool = False,
+def hangs(what: str, timeout_s: float, under_way: UnderWay, *, stopped: bool = False, starting: bool = False,
           frames: Sequence[Frame] | None = None) -> str:
-    """Tell that `what` did not arrive within the time-out; `stopped` if the process is stopped, as by SIGSTOP."""
+    """Tell that `what` did not arrive within the time-out.
+
+    `stopped` if the process is stopped, as by SIGSTOP; `starting` if the node was never ready, as it may only be slow.
+    """
     where = location(under_way, frames)
-    state = f": it is stopped (SIGSTOP){where}" if stopped else f": it hangs{where}" if where else ""
+    if stopped:
+        state = f": it is stopped (SIGSTOP){where}"
+    elif starting:
+        state = f": it is still starting{where}; raise node_timeout_s if it only needs longer, as on a busy machine"
+    else:
+        state = f": it hangs{where}" if where else ""
     return f"{what} within node_timeout_s = {timeout_s:g} s{state}"
 
 

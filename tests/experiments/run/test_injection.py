@@ -16,7 +16,11 @@ import pytest
 
 import marconet
 from experiments.judge.run_data import load_run
+from experiments.judge.run_files import SCENARIO as SCENARIO_FILE
+from experiments.run.injection import NotInjected, inject
 from experiments.run.replay import replay_of
+from experiments.run.run_folder import RunFolder
+from experiments.run.run_records import FolderRecords
 from experiments.run.runner import run
 from experiments.scenario import load
 from experiments.search.shrink import shrink
@@ -145,3 +149,55 @@ def test_a_mistake_is_one_clear_line(scenario: Path, words: list[str], line: str
 
     assert said.returncode == 2
     assert said.stderr.splitlines() == [f"error: {line}"] or said.stderr.strip().endswith(line)
+
+
+ASKS = '''
+from pathlib import Path
+from experiments.judge.run_files import SCENARIO as SCENARIO_FILE
+from experiments.run.injection import NotInjected, inject
+
+def asked(folder):
+    try:
+        return inject(Path(folder), "kill", {"on": "a"})
+    except NotInjected as refusal:
+        return str(refusal)
+
+class Asks:
+    def __init__(self, board):
+        Path("said").write_text(asked("run"))
+        board.port("radio", listen_only=True)
+'''
+ASKING = '''
+seed = 1
+length_s = 0.01
+agents = { a = { program = "asks:Asks" }, b = { program = "asks:Asks" } }
+media = { radio = { kind = "broadcast_radio", preset = "crazyflie_p2p" } }
+'''
+
+
+def test_a_run_that_is_starting_or_ending_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("asks.py").write_text(ASKS)
+    Path("asking.toml").write_text(ASKING)
+    at_report = []
+
+    def write_report(records: FolderRecords) -> None:
+        with pytest.raises(NotInjected) as refusal:
+            inject(records.folder, "kill", {"on": "a"})
+        at_report.append(str(refusal.value))
+
+    monkeypatch.setattr(FolderRecords, "write_report", write_report)
+    run(load(Path("asking.toml")), host="inline", out=Path("run"), real_time=True)
+
+    assert Path("said").read_text() == "run: the run is starting: its robots are not ready yet; try again"
+    assert at_report == ["run: the run is ending: its robots have stopped, and it takes no more faults"]
+    assert [path.name for path in Path("run").glob("run.*")] == ["run.json"]
+
+
+def test_a_run_in_virtual_time_without_a_view_says_what_it_needs_to_take_faults(tmp_path: Path) -> None:
+    folder = RunFolder.claim(tmp_path / "run")
+    SCENARIO_FILE.write(folder.path, {})
+
+    with pytest.raises(NotInjected, match="not in real time: start it with --real-time, or with --view, to inject"):
+        inject(folder.path, "kill", {"on": "a"})
+    folder.release()

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+import pty
 import shutil
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -120,6 +122,26 @@ def test_json_of_the_list_names_every_scenario_with_question_and_path(here):
 def test_quiet_prints_errors_only(here):
     assert run("good.toml", "--quiet").output == ""
     assert run("weak.toml", "--quiet", "--overwrite").stderr.startswith("expect.count.r2.heard=")
+
+
+def test_what_does_not_hold_is_told_once_on_a_terminal_and_on_standard_error_for_scripts(here):
+    mine, terminal = pty.openpty()
+    command = [sys.executable, "-m", "marconet.command_line", "run", "weak.toml", "--host", "inline", "--no-report",
+               "--overwrite", "--out", "out"]
+    with open(mine, "rb", buffering=0) as screen:
+        shown = subprocess.Popen(command, stdout=terminal, stderr=terminal, cwd=here,
+                                 env={**os.environ, "COLUMNS": "200"})
+        os.close(terminal)
+        on_screen = b""
+        with suppress(OSError):                         # EIO: all who wrote to the terminal are gone
+            while part := screen.read(1 << 16):
+                on_screen += part
+    apart = subprocess.run(command, capture_output=True, text=True, cwd=here, timeout=60)
+
+    assert (shown.wait(60), apart.returncode) == (1, 1)
+    assert on_screen.count(b"below the least allowed") == 1
+    assert apart.stdout.count("below the least allowed") == 1
+    assert apart.stderr.startswith("expect.count.r2.heard=")
 
 
 def test_junit_has_a_case_for_each_expectation_and_tells_failures_from_errors(here):

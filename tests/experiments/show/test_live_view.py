@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import io
 
+import msgspec
+import pytest
 from rich.console import Console
 
-from experiments.judge.run_result import Progress
+from experiments.judge.run_result import Progress, lateness_in_words
 from experiments.show.live_view import BAR_EVERY_S, LINE_EVERY_S, by_fate, counting_view, figures, live_view
 
 LENGTH_S = 10.0
@@ -55,7 +57,7 @@ def test_a_terminal_gets_a_bar_that_is_not_drawn_for_every_window():
 
 
 def test_figures_say_robot_time_pace_and_fates():
-    line = figures(progress(5.0, 2.0, delivered=3, lost=0, deaf=1))
+    line = figures(progress(5.0, 2.0, delivered=3, lost=0, deaf=1), "2 s left")
 
     assert line == "5.00 of 10.00 s  2.5 x real time  2 s left  3 delivered, 1 deaf"
 
@@ -78,11 +80,52 @@ def counted(terminal: bool, every_s: float, runs: int) -> str:
 def test_counted_work_is_told_of_now_and_then():
     lines = counted(False, LINE_EVERY_S, 1000).splitlines()
 
-    assert lines == [f"table: {done} of 1000 runs" for done in range(100, 1001, 100)]
+    assert lines[0] == "table: 1 of 1000 runs"
+    assert lines[1] == "table: 2 of 1000 runs, 50 s left"          # the first estimate is told at once
+    assert [line.partition(" of ")[0] for line in lines[2:]] == [f"table: {done}" for done in range(102, 1000, 100)]
+
+
+def test_the_first_run_of_a_search_tells_how_long_the_others_take():
+    clock, file = Clock(), io.StringIO()
+    with counting_view(Console(file=file, width=100), "break talk", 200, clock) as tell:
+        clock.now_s += 30                               # for the start of processes
+        tell(0)
+        clock.now_s += 2
+        tell()
+
+    assert file.getvalue().splitlines() == ["break talk: 0 of 200 runs", "break talk: 1 of 200 runs, 6 min 38 s left"]
+
+
+def told(*steps: Progress) -> list[str]:
+    """Return the lines of a file for these steps, LINE_EVERY_S apart."""
+    clock, file = Clock(), io.StringIO()
+    with live_view(Console(file=file, width=100), "talk", LENGTH_S, clock) as tell:
+        for step in steps:
+            clock.now_s += LINE_EVERY_S
+            tell(step)
+    return file.getvalue().splitlines()[1:]
+
+
+def test_the_time_left_does_not_count_the_start_and_is_told_from_one_hundredth_on():
+    start, early, later = told(progress(0.001, wall_s=50.0), progress(0.1, wall_s=50.1), progress(2.001, wall_s=54.0))
+
+    assert "left" not in start + early
+    assert "  16 s left  " in later
+
+
+def test_while_a_view_holds_the_run_no_time_is_said_to_be_left_and_its_pause_does_not_count_afterwards():
+    def held(now_s: float, wall_s: float) -> Progress:
+        return msgspec.structs.replace(progress(now_s, wall_s=wall_s), held=True)
+
+    lines = told(progress(1.0, wall_s=0.0), progress(2.0, wall_s=2.0), held(2.0, 2.0), held(2.1, 600.0),
+                 progress(2.2, wall_s=600.2), progress(4.2, wall_s=604.2))
+
+    assert ["left" in line for line in lines] == [False, True, False, False, False, True]
+    assert "12 s left" in lines[-1]
 
 
 def test_counted_work_is_a_bar_on_a_terminal():
-    assert "500 of 1000 runs" in counted(True, BAR_EVERY_S, 1000)
+    assert "502 of 1000 runs, 0 s left" in counted(True, BAR_EVERY_S, 1000)
 
 
 def test_whom_the_run_waits_for_is_said_at_once_and_then_now_and_then():
@@ -95,6 +138,13 @@ def test_whom_the_run_waits_for_is_said_at_once_and_then_now_and_then():
     said = file.getvalue().splitlines()[1:]
     assert said[0] == "talk: waits for left, right: no answer for 2 s"
     assert len(said) == 2
+
+
+@pytest.mark.parametrize(("overruns", "said"), [(0, "no overrun"), (1, "1 overrun"), (2, "2 overruns")])
+def test_one_overrun_is_no_plural(overruns: int, said: str) -> None:
+    late = {"median_ns": 1, "p99_ns": 1, "worst_ns": 1, "overruns": overruns}
+
+    assert lateness_in_words(late).endswith(f"; {said}")
 
 
 def test_of_many_that_are_waited_for_some_are_named():

@@ -20,7 +20,9 @@ from experiments.judge.campaign import JOURNAL, load_campaign
 from experiments.run.run_folder import FolderTaken
 from experiments.run.runner import run
 from experiments.scenario import ScenarioError, load
+from experiments.show.console import PlainConsole
 from experiments.sweep.campaign import Wanted, sweep
+from experiments.sweep.command import MOST_COMMANDS, run_sweep
 from experiments.sweep.messages import Point, Source
 from experiments.sweep.vary import BadCampaign, parse
 from experiments.sweep.workers import Workers
@@ -85,6 +87,21 @@ def test_with_processes_the_figures_are_those_of_an_inline_run(beacons: Path) ->
     assert found["inline"].values == found["process"].values
 
 
+def test_the_command_lists_runs_by_number_and_says_how_many_more_do_not_hold(
+        beacons: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code = run_sweep(
+        PlainConsole(), str(beacons), ['agents.b.parameters.ends="","raises"'], verbose=False, as_json=False,
+        sample=None, runs=None, seeds=12, seed=None, duration_s=None, overrides=['expect."count.a.heard"={max=5}'],
+        host="inline", jobs=1, cluster="", resume=False, out=tmp_path / "out", folders=0)
+
+    said = capsys.readouterr().out.splitlines()
+    listed = [int(line.split()[1]) for line in said if line.startswith("run ") and "marconet run" in line]
+    assert code == 3
+    assert set(listed) > set(range(12, 12 + MOST_COMMANDS))     # those that failed, and the worst of each figure
+    assert listed == sorted(listed)
+    assert f"and {24 - len(listed)} more that do not hold: see the report, or runs.parquet for all" in said
+
+
 @pytest.mark.slow
 def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_records(
         beacons: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -102,8 +119,7 @@ def test_a_run_that_fails_is_a_row_with_its_reason_and_is_repeated_with_its_reco
         assert (swept.repeated[number] / "report.html").is_file()
         assert msgspec.json.decode((swept.repeated[number] / "summary.json").read_bytes())["failure"]
     assert 'href="runs/1-7/report.html"' in swept.report.read_text()
-    row, command = swept.commands(5)[0]
-    assert row.number == 1
+    command = next(command for row, command in swept.commands(5) if row.number == 1)
     assert command == (f"marconet run {beacons} --seed 7 --host inline --set "
                        "'agents.b.parameters.ends=\"raises\"'")
 

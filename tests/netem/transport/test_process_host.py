@@ -86,7 +86,8 @@ def test_a_node_that_fails_is_named_with_its_last_report(conduct: Conduct, tmp_p
 @pytest.mark.parametrize(("behaviour", "reason"), [
     ("fails to start", r"node b: could not start: RuntimeError: no such sensor\n"),
     ("lies", r"node b: sent an invalid hello: signal 'x' twice"),
-    ("never ready", r"node b: no word that it is ready within node_timeout_s = 8 s: it hangs at .*in build_as_told"),
+    ("never ready", r"node b: no word that it is ready within node_timeout_s = 8 s: it is still starting at .*in "
+                    r"build_as_told; raise node_timeout_s if"),
 ])
 def test_a_node_that_is_not_ready_is_named_before_time_starts(tmp_path: Path, behaviour: str, reason: str) -> None:
     host = host_of({"a": "well", "b": behaviour}, tmp_path, timeout_s=8.0 if "within" in reason else 30.0)

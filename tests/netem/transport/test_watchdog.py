@@ -101,6 +101,19 @@ def test_code_that_does_not_come_back_fails_its_node_at_its_line(act: Callable[[
     assert f"in {act.__name__}" in failure.value.detail
 
 
+def test_code_that_does_not_come_back_while_its_node_is_built_may_only_be_slow() -> None:
+    host = InlineHost({"good": lambda: Node("good", []), "bad": sleeps_for_ever}, under_way=UnderWay(shared=False),
+                      timeout_s=TIMEOUT_S)
+
+    with pytest.raises(NodeFailure) as failure:
+        host.start()
+    host.stop()
+
+    assert failure.value.node == "bad"
+    assert f"within node_timeout_s = 0.3 s: it is still starting at {__file__}:" in failure.value.reason
+    assert failure.value.reason.endswith("; raise node_timeout_s if it only needs longer, as on a busy machine")
+
+
 def test_a_run_in_another_thread_is_ended_too() -> None:
     failures: list[NodeFailure] = []
 

@@ -51,8 +51,9 @@ class Viewed:
 
 
 @contextmanager
-def viewed(scenario: Path | str, out: Path, *options: str) -> Iterator[Viewed]:
-    process = subprocess.Popen([*MARCONET, "run", str(scenario), "--out", str(out), "--no-report", "--view", *options],
+def viewed(scenario: Path | str, out: Path, *options: str, report: bool = False) -> Iterator[Viewed]:
+    without = [] if report else ["--no-report"]
+    process = subprocess.Popen([*MARCONET, "run", str(scenario), "--out", str(out), *without, "--view", *options],
                                stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     try:
         yield Viewed(process, out)

@@ -113,6 +113,21 @@ def test_the_form_shows_errors_at_their_fields_and_injects_what_is_right(page: B
     assert page.errors == []
 
 
+def test_the_form_shows_how_groups_are_written_and_what_holds_unless_something_is_chosen(page: Browser,
+                                                                                         shown: Viewed) -> None:
+    page.run("byId('kind').value = 'partition'; byId('kind').dispatchEvent(new Event('change'))")
+
+    written = page.run("""Object.fromEntries([...document.querySelectorAll('#fields [name]')].map((field) =>
+        [field.name, field.options ? field.options[0].textContent : field.placeholder]))""")
+    assert written == {"on": "radio", "lasts_s": "to the end of the run", "groups": 'as [["a"], ["b", "c"]]',
+                       "shape": "none, if groups are given (unless chosen)", "nodes": 'as ["a"]',
+                       "one_way": "false (unless chosen)", "carriers": "cross (unless chosen)"}
+    page.write("#fields [name=on]", "radio")
+    page.write("#fields [name=groups]", '[["a"], ["b", "c"]]')
+    page.click("#inject")
+    page.until("byId('told').textContent.startsWith('injected-0: partition at ')")
+
+
 @pytest.mark.slow
 def test_a_pause_stops_virtual_time_and_a_click_on_a_speed_changes_it(page: Browser, shown: Viewed) -> None:
     page.click("#pause")
@@ -134,7 +149,7 @@ def test_a_pause_stops_virtual_time_and_a_click_on_a_speed_changes_it(page: Brow
 
 def test_the_end_is_shown_and_what_was_clicked_repeats_the_run(page: Browser, tmp_path: Path) -> None:
     scenario = scenario_in(tmp_path, 6.0, '[expect]\n"frames_cut" = { max = 0 }\n')
-    with viewed(scenario, tmp_path / "run", "--host", "inline") as shown:
+    with viewed(scenario, tmp_path / "run", "--host", "inline", report=True) as shown:
         page.show(shown.url)
         page.until("RUN.told > 2")
         page.run("byId('kind').value = 'link_down'; byId('kind').dispatchEvent(new Event('change'))")
@@ -143,17 +158,34 @@ def test_the_end_is_shown_and_what_was_clicked_repeats_the_run(page: Browser, tm
         page.until("byId('told').textContent.startsWith('injected-0')")
         page.click("#speeds [data-speed='']")
         page.until("RUN.ended")
-        shown.ends()
+        said = shown.ends()
 
+    assert "view: the run waits up to 30 s for its page to be opened" in said
+    assert f"report: {tmp_path / 'run' / 'report.html'}" in text(page, "#notice")
+    assert text(page, "#chosen") == "The run has ended: it takes no more faults."
     assert "expect.frames_cut=" in text(page, "#notice")
     assert page.run("byId('notice').className") == "fails"
-    assert page.run("[byId('pause').disabled, byId('inject').disabled]") == [True, True]
+    assert page.run("byId('pause').disabled && [...byId('fault').elements].every((part) => part.disabled)")
     assert text(page, "#time") == "6.000 s"
     injected = (shown.out / "injected.toml").read_text()
     scenario.write_text(scenario.read_text().replace("[expect]", f"{injected}[expect]"))
     run(load(scenario), host="inline", out=tmp_path / "again", report=False)
     assert read_metadata(tmp_path / "again" / "ledger.parquet")["hash"] == read_metadata(
         shown.out / "ledger.parquet")["hash"]
+
+
+def test_a_run_in_real_time_with_a_gateway_shows_how_late_it_is(page: Browser, tmp_path: Path) -> None:
+    scenario = scenario_in(tmp_path, 500.0, '[gateways.outside]\nmedium = "radio"\nlisten = "127.0.0.1:0"\n')
+    with viewed(scenario, tmp_path / "run", "--host", "inline", "--real-time") as shown:
+        page.show(shown.url)
+        page.until("RUN.told > 4")
+
+        assert page.errors == []
+        names = page.run("[...document.querySelectorAll('#lateness dt')].map((name) => name.textContent)")
+        figures = page.run("[...document.querySelectorAll('#lateness dd')].map((figure) => figure.textContent)")
+        assert names == ["instants", "median", "99 %", "worst", "overruns"]
+        assert all(figure[0].isdigit() for figure in figures), figures
+        assert text(page, "#pace") == "in real time"
 
 
 def test_a_browser_with_a_wrong_token_gets_no_page_and_another_site_no_run(page: Browser, shown: Viewed) -> None:

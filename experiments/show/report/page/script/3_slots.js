@@ -37,7 +37,7 @@ function drawSlots() {
   const shapes = cursorLine(1e3).concat(faults(1e3)).concat(Object.values(DATA.switching.media).flat().map((t) => t * 1e3)
     .filter((t) => t >= from && t < from + width)
     .map((t) => ({type: "line", x0: t, x1: t, y0: 0, y1: 1, yref: "paper", line: {color: switchColour(), width: 1.5, dash: "dot"}})));
-  byId("slot-note").textContent = `${shown} frames in this window`
+  byId("slot-note").textContent = `${shown} ${shown === 1 ? "frame" : "frames"} in this window`
     + (s.rows < s.total ? `; of ${s.total} frames the page holds those up to ${s.until_s.toFixed(3)} s`
       + (s.rows > firstFrom(s.start_ms, s.until_s * 1e3 + 1e-6) ? ` and ${s.around_s} s before and after what broke` : "") : "");
   Plotly.react("plot-slots", traces, layout("time [ms]", "", {

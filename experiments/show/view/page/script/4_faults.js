@@ -19,7 +19,7 @@ const kindShown = () => RUN.scene.faults.find((kind) => kind.kind === byId("kind
 function showFields() {
   const kind = kindShown();
   byId("about").textContent = kind.about;
-  const on = {key: "on", unit: "", required: true, default: "", options: [], targets: kind.targets};
+  const on = {key: "on", unit: "", required: true, default: "", options: [], example: "", targets: kind.targets};
   byId("fields").replaceChildren(...[on, ...kind.fields].map(fieldOf));
   if (RUN.chosen && kind.on === "nodes") byId("fields").querySelector("[name=on]").value = RUN.chosen;
   say("");
@@ -32,7 +32,7 @@ function fieldOf(field) {
   if (field.options.length) {
     if (!field.required) input.append(Object.assign(element("option", field.default ? `${field.default} (unless chosen)` : ""), {value: ""}));
     input.append(...field.options.map((word) => Object.assign(element("option", word), {value: word})));
-  } else input.placeholder = field.default || (field.key === "lasts_s" ? "to the end of the run" : "");
+  } else input.placeholder = field.default || (field.example && `as ${field.example}`) || (field.key === "lasts_s" ? "to the end of the run" : "");
   if (field.targets) {
     const list = Object.assign(document.createElement("datalist"), {id: "targets"});
     list.append(...field.targets.map((name) => Object.assign(document.createElement("option"), {value: name})));
@@ -47,7 +47,7 @@ function fieldOf(field) {
 function showQuick() {
   const quick = byId("quick"), kinds = RUN.scene.faults.filter((kind) => kind.on === "nodes" && kind.targets.includes(RUN.chosen)
     && kind.fields.every((field) => !field.required));
-  byId("chosen").textContent = RUN.chosen ? `On ${RUN.chosen}:` : "Click a robot on the map to choose it.";
+  byId("chosen").textContent = RUN.ended ? "The run has ended: it takes no more faults." : RUN.chosen ? `On ${RUN.chosen}:` : "Click a robot on the map to choose it.";
   if (!RUN.chosen || RUN.ended) return quick.replaceChildren();
   const lasts = Object.assign(element("input"), {value: "1", id: "quick-lasts"});
   lasts.setAttribute("aria-label", "seconds that it lasts");

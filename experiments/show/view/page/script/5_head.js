@@ -17,7 +17,8 @@ function drawHead() {
     button.disabled = fixed;
     button.setAttribute("aria-pressed", String(!scene.real_time && (RUN.wanted === null ? button.dataset.speed === "" : Number(button.dataset.speed) === RUN.wanted)));
   });
-  byId("inject").disabled = Boolean(RUN.ended) || !RUN.socket || !scene.faults.length;
+  const takesNone = Boolean(RUN.ended) || !RUN.socket || !scene.faults.length;
+  [...byId("fault").elements].forEach((part) => { part.disabled = takesNone; });
 }
 
 function whatOf(kind, detail) {

@@ -53,7 +53,8 @@ function take(message) {
     }
     case "end":
       RUN.ended = message;
-      notice([`The run has ended: ${message.words}`, ...message.problems, ...(message.folder ? [`records: ${message.folder}`] : [])].join("\n"),
+      notice([`The run has ended: ${message.words}`, ...message.problems, ...(message.folder ? [`records: ${message.folder}`] : []),
+              ...(message.report ? [`report: ${message.report}`] : [])].join("\n"),
              message.holds ? "holds" : "fails");
       if (RUN.scene) { drawHead(); showQuick(); }
       break;
