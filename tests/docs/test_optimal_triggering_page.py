@@ -25,7 +25,8 @@ def test_the_table_has_three_policies() -> None:
 def test_a_run_costs_what_the_page_says(policy: str, looks: str, energy_j: str, cost: str, tmp_path: Path) -> None:
     scenario = load(find("tracking_optimal"), overrides=[f'agents.companion.parameters.policy="{policy}"'])
 
-    verdicts = {each.key: each.value for each in run(scenario, host="inline", out=tmp_path, report=False).summary.verdicts}
+    summary = run(scenario, host="inline", out=tmp_path, report=False).summary
+    verdicts = {each.key: each.value for each in summary.verdicts}
 
     assert verdicts["count.companion.measurements"] == float(looks)
     assert f"{verdicts['cost.energy']:.3f}" == energy_j
