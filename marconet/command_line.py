@@ -217,7 +217,7 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
                                fates_of=fates_of, match=match, view=shown, gdb=gdb))
 
 
-@app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
+@app.command(epilog="Example: marconet sweep p3at_chases_p3at --vary 'impairments[1].loss_ratio=0,0.3,0.6' --seeds 4")
 @click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
 @click.option("--vary", "vary", multiple=True, metavar="KEY=VALUES",
               help="Values of one key: a,b,c in TOML, or lo:hi:n. May be repeated: every combination is run.")
@@ -255,8 +255,8 @@ def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, durati
         resume=resume, out=out, folders=folders))
 
 
-@app.command("break", epilog="Example: marconet break two_rovers --budget 'radio: * -> *: at most 2 lost in a row' "
-                            "--minimize 'always r1.gap > 0.5 m' --runs 200")
+@app.command("break", epilog="Example: marconet break p3at_chases_p3at --budget 'view: evader -> pursuer: at most 2 "
+                            "lost in a row' --minimize guarantee.no_escape.margin_m --runs 20")
 @click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
 @click.option("--budget", "budgets", multiple=True, metavar="TEXT",
               help="'radio: * -> *: at most 2 lost in a row', 'radio: a -> b: at most 3 lost of 10', 'faults: at most "
