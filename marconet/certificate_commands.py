@@ -22,7 +22,10 @@ verbosely = click.option("--verbose", "--traceback", "verbose", is_flag=True,
 @click.group(no_args_is_help=True,
              epilog="Example: marconet certificates new certificates r1 r2 operator --address 192.168.1.5")
 def certificates() -> None:
-    """Make and look at the certificates with which robots and operators come through a run's TLS doors."""
+    """Make, list and try the certificates of TLS doors.
+
+    With them robots and operators take part in a run from outside.
+    """
 
 
 @certificates.command(epilog="Example: marconet certificates new certificates r1 r2 operator --address 192.168.1.5")
@@ -37,9 +40,10 @@ def certificates() -> None:
 @verbosely
 def new(folder: Path, names: Sequence[str], addresses: Sequence[str], days: int, overwrite: bool,
         verbose: bool) -> None:
-    """Make what FOLDER lacks: an authority, the emulator's certificate, and one for each NAME.
+    """Make the certificates that FOLDER lacks.
 
-    A NAME is a robot, as its gateway is called, or an operator, who may open views and inject faults.
+    They are an authority, the emulator's certificate, and one for each NAME. A NAME is a robot, as its gateway is
+    called, or an operator, who may open views and inject faults.
     """
     with errors_as_text(verbose):
         from netem.gateways.certificate_authority import make_certificates
@@ -61,7 +65,7 @@ def _for_whom(name: str, addresses: Sequence[str]) -> str:
 @click.argument("folder", metavar="FOLDER", type=FOLDER)
 @verbosely
 def show(folder: Path, verbose: bool) -> None:
-    """List the certificates in FOLDER, and what is wrong with them.
+    """List certificates, and what is wrong with them.
 
     Exits with 0 if nothing is wrong, 2 if something is.
     """
@@ -91,10 +95,11 @@ def _cells(row: Row) -> Sequence[str]:
               help="Where authority.crt, NAME.crt and NAME.key are.")
 @verbosely
 def check(address: str, name: str, folder: Path, verbose: bool) -> None:
-    """Ask a door of a run that goes on whether it lets NAME in, and say why not.
+    """Ask a running door whether it lets NAME in.
 
-    ADDRESS is HOST:PORT, also as tls://HOST:PORT, a Zenoh endpoint tls/HOST:PORT, or the https address of a view.
-    Exits with 0 if it does, 2 if not.
+    If it does not, print why. ADDRESS is HOST:PORT, also as tls://HOST:PORT, a Zenoh endpoint tls/HOST:PORT, or the
+    https address of a view.
+    Exits with 0 if it does, with 2 if not.
     """
     with errors_as_text(verbose):
         from netem.gateways.door_client import Caller, ask_door

@@ -24,8 +24,22 @@ if TYPE_CHECKING:
 Command = TypeVar("Command", bound=Callable[..., Any])
 TABLES = ("3.1", "3.2", "3.3", "3.4", "3.5", "5.1", "5.2", "5.3", "5.4")
 ON_ITS_OWN = "this process is the command's own, so it may fork and change settings of the process"
-PORT = click.IntRange(0, 65535)
+HOST = ("One process for each robot, or all of them in this one, which is faster and gives the same result. Default: "
+        "inline, or process if a program is blocking code.")
 SHELLS = ("bash", "zsh", "fish")
+
+
+class WholeNumber(click.types.IntParamType):
+    """A whole number from `least` to `most`, inclusive; `--help` prints no range, unlike with `click.IntRange`."""
+
+    def __init__(self, least: int, most: int | None = None) -> None:
+        self._range = click.IntRange(least, most)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        return self._range.convert(value, param, ctx)
+
+
+PORT = WholeNumber(0, 65535)
 
 
 def _shared(*options: Callable[[Any], Any]) -> Callable[[Command], Command]:
@@ -115,7 +129,10 @@ def firmware() -> None:
 @as_json
 @verbosely
 def list_scenarios(as_json: bool, verbose: bool) -> None:
-    """Name the scenarios in ./scenarios and those that come with marconet, and the question each asks."""
+    """List the scenarios, with the question of each.
+
+    They are those in ./scenarios and those that come with marconet.
+    """
     with errors_as_text(verbose):
         from experiments.scenario import catalog
         from experiments.show.console import print_table
@@ -135,7 +152,10 @@ def list_scenarios(as_json: bool, verbose: bool) -> None:
 @reporting
 def check(sources: Sequence[str], seed: int | None, duration: float | None, overrides: Sequence[str],
           junit: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
-    """Find every mistake in scenarios without running them, or print what would run."""
+    """Find every mistake in scenarios without running them.
+
+    Prints what would run if there is none.
+    """
     if _process_is_its_own():
         from marconet.short_command import expect_to_end_soon
 
@@ -164,7 +184,7 @@ def check(sources: Sequence[str], seed: int | None, duration: float | None, over
 @click.option("--view", type=PORT, metavar="[PORT]",
               help="Show the run in a page on this machine while it happens: fates, faults to inject, pause, speed.")
 @click.option("--foxglove", type=PORT, metavar="[PORT]",
-              help="The same, and signals and positions for Foxglove; needs marconet[foxglove].")
+              help="Show the page, and signals and positions to Foxglove; needs marconet[foxglove].")
 @click.option("--gdb", metavar="NODE[:PORT]",
               help="Let the emulated processor of this robot wait for gdb, which the command printed starts.")
 @click.option("--overwrite", is_flag=True, help="Replace the records of an earlier run in the folder.")
@@ -197,7 +217,7 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
                                fates_of=fates_of, match=match, view=shown, gdb=gdb))
 
 
-@app.command(epilog="Example: marconet sweep output_sync --vary 'impairments[0].loss_ratio=0:0.4:5' --seeds 100")
+@app.command(epilog="Example: marconet sweep p3at_chases_p3at --vary 'impairments[1].loss_ratio=0,0.3,0.6' --seeds 4")
 @click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
 @click.option("--vary", "vary", multiple=True, metavar="KEY=VALUES",
               help="Values of one key: a,b,c in TOML, or lo:hi:n. May be repeated: every combination is run.")
@@ -207,13 +227,13 @@ def run(sources: Sequence[str], seed: int | None, duration: float | None, overri
 @click.option("--sample", type=click.Choice(["latin"]), help="Draw the settings, as a Latin hypercube; see --runs.")
 @click.option("--runs", type=int, metavar="N", help="Settings that --sample draws, from values or from lo:hi.")
 @click.option("--host", type=click.Choice(["inline", "process"]),
-              help="As of run. Default: inline, with processes if a program is blocking code.")
+              help=HOST)
 @click.option("--jobs", type=int, metavar="N", help="Runs at a time on this machine. Default: one for each core.")
 @click.option("--cluster", default="", metavar="ADDRESS",
               help="Run on a Dask cluster instead: tcp://127.0.0.1:PORT or tls://HOST:PORT.")
 @click.option("--resume", is_flag=True, help="Go on with the campaign in --out.")
 @click.option("--out", type=click.Path(path_type=Path), metavar="DIR", help="Its folder. Default: a new one in ./runs.")
-@click.option("--folders", type=click.IntRange(min=0), default=5, show_default=True, metavar="N",
+@click.option("--folders", type=WholeNumber(0), default=5, show_default=True, metavar="N",
               help="Runs that are repeated with all records: first those that do not hold, then the worst.")
 @as_json
 @click.option("--quiet", is_flag=True, help="Print errors only.")
@@ -222,9 +242,9 @@ def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, durati
           overrides: Sequence[str], sample: str | None, runs: int | None, host: Literal["inline", "process"] | None,
           jobs: int | None, cluster: str, resume: bool, out: Path | None, folders: int, as_json: bool, quiet: bool,
           verbose: bool) -> None:
-    """Run a scenario with varied keys and many seeds: a campaign.
+    """Run a scenario with varied keys and many seeds.
 
-    Each run leaves its figures and its hash. Exits with 0 if every run holds and every
+    This is a campaign: each run leaves its figures and its hash. Exits with 0 if every run holds and every
     share of runs that the scenario expects is shown, 1 if not, 3 if a run failed.
     """
     from experiments.sweep.command import run_sweep
@@ -235,20 +255,22 @@ def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, durati
         resume=resume, out=out, folders=folders))
 
 
-@app.command("break", epilog="Example: marconet break two_rovers --budget 'radio: * -> *: at most 2 lost in a row' "
-                            "--minimize 'always r1.gap > 0.5 m' --runs 200")
+@app.command("break", epilog="Example: marconet break p3at_chases_p3at --budget 'view: evader -> pursuer: at most 2 "
+                            "lost in a row' --minimize guarantee.no_escape.margin_m --runs 20")
 @click.argument("source", metavar="SCENARIO", shell_complete=complete_scenario)
 @click.option("--budget", "budgets", multiple=True, metavar="TEXT",
               help="'radio: * -> *: at most 2 lost in a row', 'radio: a -> b: at most 3 lost of 10', 'faults: at most "
                    "3', 'faults: at most 3 of kill, pause'. May be repeated; all hold together.")
-@click.option("--minimize", metavar="FORMULA", help="A formula, a figure's key, or a key of [expect].")
-@click.option("--maximize", metavar="FORMULA", help="The same, made as large as possible.")
+@click.option("--minimize", metavar="FORMULA",
+              help="Make this as small as possible: a formula, a figure's key, or a key of [expect].")
+@click.option("--maximize", metavar="FORMULA",
+              help="Make this as large as possible: a formula, a figure's key, or a key of [expect].")
 @click.option("--vary", "vary", multiple=True, metavar="KEY=lo:hi",
               help="Search this setting as well, by CMA-ES. May be repeated; needs marconet[search].")
 @click.option("--runs", type=int, default=200, show_default=True, metavar="N", help="Runs of the search.")
 @click.option("--jobs", type=int, metavar="N", help="Runs at a time. Default: one for each core. Same result.")
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="N",
-              help="Of the search; the runs have the scenario's.")
+@click.option("--seed", type=WholeNumber(0), default=0, show_default=True, metavar="N",
+              help="Seed of the search; the runs have the scenario's own seed.")
 @click.option("--duration", type=float, metavar="S", help="Seconds of robot time.")
 @click.option("--set", "overrides", multiple=True, metavar="PATH.TO.KEY=VALUE",
               help="Replace one value of the file; the value is TOML. May be repeated.")
@@ -261,9 +283,9 @@ def sweep(source: str, vary: Sequence[str], seeds: int, seed: int | None, durati
 def break_(source: str, budgets: Sequence[str], minimize: str | None, maximize: str | None, vary: Sequence[str],
            runs: int, jobs: int | None, seed: int, duration: float | None, overrides: Sequence[str],
            out: Path | None, as_json: bool, quiet: bool, verbose: bool) -> None:
-    """Find the worst pattern of losses and faults within a budget, and write it as a scenario.
+    """Find the worst losses and faults within a budget.
 
-    Exits with 0 if every [expect] holds even then, 1 if one does not, 3 if a node failed.
+    Writes them as a scenario. Exits with 0 if every [expect] holds even then, 1 if one does not, 3 if a node failed.
     """
     from experiments.search.command import run_break
 
@@ -278,15 +300,17 @@ def break_(source: str, budgets: Sequence[str], minimize: str | None, maximize: 
 @click.option("--expect", "expectation", default="", metavar="KEY",
               help="The expectation that has to fail. Default: the first that does, or the failure of the run.")
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE",
-              help="The scenario. Default: as of break.")
+              help="File for the scenario that is found. Default: a new one in ./runs, or beside the scenario of RUN "
+                   "if its programs are found from there.")
 @as_json
 @click.option("--quiet", is_flag=True, help="Print errors only.")
 @verbosely
 def shrink(run_dir: Path, runs: int, expectation: str, out: Path | None, as_json: bool, quiet: bool,
            verbose: bool) -> None:
-    """Find the few faults, losses, delays and flipped bits that make a run fail, and write them as a scenario.
+    """Find the few faults and losses that make a run fail.
 
-    None of them can be left out, and the run is as short as it can be.
+    Delays and flipped bits count as well. Writes a scenario of which none of them can be left out and whose run is as
+    short as it can be.
     """
     from experiments.search.command import run_shrink
 
@@ -301,9 +325,9 @@ def shrink(run_dir: Path, runs: int, expectation: str, out: Path | None, as_json
               help="The page. Default: compare.html in B.")
 @verbosely
 def compare(a: Path, b: Path, out: Path | None, verbose: bool) -> None:
-    """Say whether two campaigns differ by more than chance, or show two runs one over the other.
+    """Compare two campaigns, or draw two runs over each other.
 
-    A and B are folders of campaigns, or of runs.
+    Of two campaigns it says whether they differ by more than chance. A and B are folders of campaigns, or of runs.
     """
     with errors_as_text(verbose):
         from experiments.show.campaign.compare import PAGE
@@ -353,9 +377,10 @@ def report(run_dir: Path, self_contained: bool, verbose: bool) -> None:
 @verbosely
 def fault(run_dir: str, kind: str, keys: Sequence[str], certificates: Path | None, operator: str,
           verbose: bool) -> None:
-    """Inject a fault, with the keys of [[faults]], into a run in real time or with a view; it begins at once.
+    """Inject a fault into a run that goes on.
 
-    RUN is the folder of a run on this machine, or tls://HOST:PORT with the `faults_port` of a run's [network].
+    The run is in real time or has a view; the fault begins at once. Keys are those of [[faults]] in a scenario. RUN
+    is the folder of a run on this machine, or tls://HOST:PORT with the `faults_port` of a run's [network].
     """
     with errors_as_text(verbose):
         from experiments.run.injection import inject, inject_through_door, parse_keys
@@ -387,7 +412,7 @@ def fault(run_dir: str, kind: str, keys: Sequence[str], certificates: Path | Non
 @verbosely
 def export(run_dir: Path, form: str, medium: str | None, by: Literal["frame", "time"], out: Path | None,
            verbose: bool) -> None:
-    """Write what a run recorded in another form."""
+    """Write what a run recorded in another file format."""
     with errors_as_text(verbose):
         from experiments.judge.run_files import SCENARIO
         from experiments.show.text_views import print_path
@@ -431,7 +456,10 @@ def _changed_s(path: Path) -> float:
               help="Write it there instead of printing it.")
 @verbosely
 def schema(out: Path | None, verbose: bool) -> None:
-    """Print the JSON Schema of a scenario, with which editors complete and check its keys."""
+    """Print the JSON Schema of scenarios, for editors.
+
+    With it an editor completes and checks the keys of a scenario.
+    """
     with errors_as_text(verbose):
         from experiments.scenario.json_schema import scenario_schema
         from experiments.show.json_output import as_text
@@ -447,16 +475,17 @@ def schema(out: Path | None, verbose: bool) -> None:
 
 @app.command(epilog="Example: marconet table 3.1 --runs 20 --figures figures.html")
 @click.argument("number", type=click.Choice(TABLES), metavar="NUMBER")
-@click.option("--runs", type=click.IntRange(min=2), metavar="N",
-              help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20. With few runs a cell "
-                   "may be missed by chance.")
+@click.option("--runs", type=WholeNumber(2), metavar="N",
+              help="Monte Carlo runs of each cell, default 100, or rounds of timing, default 20; 2 or more. With few "
+                   "runs a cell may be missed by chance.")
 @click.option("--figures", type=click.Path(path_type=Path), metavar="OUT.html",
               help="Also draw figures 3.5, 3.6 and 3.8, or 5.3 and 5.4, as a page that opens offline.")
 @verbosely
 def table(number: str, runs: int | None, figures: Path | None, verbose: bool) -> None:
-    """Compute a table of the dissertation again, printed beside ours: 3.1 to 3.5, 5.1 to 5.4.
+    """Compute a table again, beside the printed figures.
 
-    Exits with 0 if every cell is what it has to be, 1 if one is not.
+    3.1 to 3.5 are tables of the dissertation. 5.1 to 5.4 are ours: its Chapter 5 prints no table, but some of their
+    figures in its text. Exits with 0 if every cell is what it has to be, 1 if one is not.
     """
     with errors_as_text(verbose):
         met = _table(number, runs, figures)
@@ -468,7 +497,10 @@ def table(number: str, runs: int | None, figures: Path | None, verbose: bool) ->
 @click.option("--if-possible", is_flag=True, help="If a tool is missing, say so and exit with 0.")
 @verbosely
 def compile_inner_loops(if_possible: bool, verbose: bool) -> None:
-    """Compile the emulator's inner loops to C, once for these sources: twice as fast, with the same results."""
+    """Compile the inner loops to C: twice as fast.
+
+    Once for these sources, in two to five minutes. Runs give the same results.
+    """
     with errors_as_text(verbose):
         from experiments.compiled.build import CannotCompile, compile_modules
 
@@ -486,7 +518,7 @@ def compile_inner_loops(if_possible: bool, verbose: bool) -> None:
 @fmu.command("list", epilog="Example: marconet fmu list")
 @verbosely
 def list_plants(verbose: bool) -> None:
-    """Name the plants that come with marconet."""
+    """List the plants that come with marconet."""
     with errors_as_text(verbose):
         from experiments.show.console import print_table
         from fmus.build import model_folder, own_models
@@ -500,9 +532,10 @@ def list_plants(verbose: bool) -> None:
 @click.argument("plant", shell_complete=complete_plant)
 @verbosely
 def info(plant: str, verbose: bool) -> None:
-    """Show a plant's variables with their units and start values, and its presets.
+    """Show a plant's variables, and its presets.
 
-    PLANT is a name from `marconet fmu list`, a model folder, or a .fmu file.
+    Variables are shown with their units and start values. PLANT is a name from `marconet fmu list`, a model folder,
+    or a .fmu file.
     """
     with errors_as_text(verbose):
         from experiments.show.text_views import print_plant, print_presets
@@ -526,9 +559,10 @@ def info(plant: str, verbose: bool) -> None:
               help="Version of the standard.")
 @verbosely
 def build(plants: Sequence[str], fmi: Literal["3.0", "2.0"], verbose: bool) -> None:
-    """Compile plants into FMUs, where that has not been done, and say where they are.
+    """Compile plants into FMUs and print where they are.
 
-    PLANTS are names or model folders; default: all that come with marconet.
+    Those that are compiled already are not compiled again. PLANTS are names or model folders; default: all that
+    come with marconet.
     """
     with errors_as_text(verbose):
         from experiments.show.text_views import print_path
@@ -544,13 +578,20 @@ def build(plants: Sequence[str], fmi: Literal["3.0", "2.0"], verbose: bool) -> N
 @click.argument("folder", type=click.Path(path_type=Path))
 @verbosely
 def new_firmware(folder: Path, verbose: bool) -> None:
-    """Write a folder with a small firmware that runs, and a scenario of two robots with it."""
+    """Write a small firmware that runs, and a scenario.
+
+    FOLDER gets both, and the firmware its name; the scenario has two robots with it. Prints the commands to go on with.
+    """
     with errors_as_text(verbose):
         from experiments.show.text_views import print_path
         from firmware_sim.firmware.new_folder import write_new
 
-        for path in write_new(folder):
+        written = write_new(folder)
+        for path in written:
             print_path(_console(), "written", path)
+        scenario = written[-1]
+        click.echo(f"run it:   marconet run {scenario}")
+        click.echo(f"debug it: marconet run {scenario} --set 'agents.a.target=\"cortex_m4\"' --gdb a")
 
 
 target = click.option("--target", type=click.Choice(["host", "cortex_m4"]), default="host", show_default=True,
@@ -566,8 +607,9 @@ target = click.option("--target", type=click.Choice(["host", "cortex_m4"]), defa
 @verbosely
 def build_firmware(folders: Sequence[str], target: Literal["host", "cortex_m4"], out: Path | None, header: bool,
                    verbose: bool) -> None:
-    """Compile firmware into shared libraries or .elf files, where that has not been done, and say where they are.
+    """Compile firmware and print where it is.
 
+    It becomes a shared library for this computer, or an .elf file. What is compiled already is not compiled again.
     FOLDERS are folders with firmware.toml, or names of firmware that comes with marconet; default: all of these.
     """
     with errors_as_text(verbose):
@@ -593,9 +635,10 @@ def build_firmware(folders: Sequence[str], target: Literal["host", "cortex_m4"],
 @target
 @verbosely
 def firmware_info(firmware: str, target: Literal["host", "cortex_m4"], verbose: bool) -> None:
-    """Show a firmware's size, functions and declarations, with the numbers in board_ids.h.
+    """Show a firmware's size, functions and declarations.
 
-    For the Cortex-M4, and of an .elf file, also what the image takes of flash and RAM, stack, entry and sections.
+    With the numbers in board_ids.h. For the Cortex-M4, and of an .elf file, also what the image takes of flash and
+    RAM, stack, entry and sections.
     """
     with errors_as_text(verbose):
         from experiments.show.firmware_view import print_firmware, print_image

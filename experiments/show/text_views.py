@@ -111,7 +111,9 @@ def print_measured(console: Console, values: Iterable[Measured]) -> None:
                      _number(row.printed_variance, ".2g"), _number(value.variance, ".2g"),
                      {True: "met", False: "MISSED", None: "not judged"}[value.met]
                      + (", not reproduced" if row.reproduced is False else "")))
-    print_table(console, ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"], rows)
+    columns = ["", "", "printed", "ours", "s.e.", "band", "variance printed", "ours", "ours, printed"]
+    shown = [at for at in range(len(columns)) if any(row[at] not in ("", "-") for row in rows)]
+    print_table(console, [columns[at] for at in shown], [[row[at] for at in shown] for row in rows])
 
 
 def _section(console: Console, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:

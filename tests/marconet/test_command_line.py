@@ -93,6 +93,15 @@ def test_help_of_every_command_has_an_example_of_it(command):
     assert f"Example: marconet {' '.join(command)}".rstrip() in " ".join(result.stdout.split())
 
 
+def test_no_summary_in_a_list_of_commands_is_cut_and_no_help_shows_a_range_of_click():
+    for command in COMMANDS:
+        words = marconet(*command, "--help").stdout
+        assert [sign for sign in ("x>=", "<=x") if sign in words] == [], command
+    for group in ((), ("fmu",), ("firmware",), ("certificates",)):
+        told = CliRunner().invoke(app, [*group, "--help"], env={"COLUMNS": "80"}).stdout
+        assert "..." not in told.split("Commands:")[1], group
+
+
 def test_no_command_is_missing_from_the_help_tests():
     groups = ("fmu", "firmware", "certificates")
     of_groups = {(group, name) for group in groups for name in app.commands[group].commands}

@@ -115,6 +115,14 @@ def test_an_own_value_as_late_as_the_others_stands_longer_delays(five_agents, l1
     assert stable == list(range(most_slots + 1))
 
 
+@pytest.mark.parametrize(("number", "slot_ns", "own_late", "slots"), [
+    (0, 1_084_826, True, 15.08), (0, 1_084_826, False, 5.839), (1, 870_203, True, 16.45), (1, 870_203, False, 3.308)])
+def test_the_limits_that_the_pages_give_in_slots(five_agents, l1, l2, number, slot_ns, own_late, slots):
+    loop = delayed(five_agents, (l1, l2)[number], slot_ns, 24 * slot_ns, None if own_late else 0)
+
+    assert float(f"{loop.longest_stable_ns / slot_ns:.4g}") == slots
+
+
 def test_the_spectral_radii_of_the_first_delays(five_agents, l1, loop1):
     slot_ns = round(small_gain_tau_s(loop1, 3) * 1e9)
 
