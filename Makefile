@@ -90,7 +90,7 @@ test-all: lint $(VENV)/.installed-all
 	MARCONET_COMPILED=1 $(PYTEST) $(WHOLE) -m "not slow"
 
 docs: $(VENV)/.installed-docs
-	@echo "docs: reads every docstring and writes a site of some 150 pages: DURATION, without a line meanwhile"
+	@echo "docs: Zensical reads every docstring and writes some 200 pages; it says nothing more for up to five minutes"
 	@$(BIN)/python docs/build_site.py build/site
 	@echo "site: build/site/index.html; to search in it: $(BIN)/python -m http.server -d build/site"
 
