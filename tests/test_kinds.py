@@ -102,9 +102,9 @@ def _names_a_member(node: ast.AST, imported: Mapping[str, str]) -> bool:
     if isinstance(node, ast.Call) and not (isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS):
         return False
     words, classes, class_names = _words()
-    return any(isinstance(each, ast.Constant) and each.value in words
-               or isinstance(each, ast.Name) and imported.get(each.id) in classes
-               or isinstance(each, ast.Attribute) and each.attr in class_names for each in ast.walk(node))
+    return any((isinstance(each, ast.Constant) and each.value in words)
+               or (isinstance(each, ast.Name) and imported.get(each.id) in classes)
+               or (isinstance(each, ast.Attribute) and each.attr in class_names) for each in ast.walk(node))
 
 
 def _questions(node: ast.AST, kind: Kind, imported: Mapping[str, str]) -> Iterator[tuple[int, str]]:
