@@ -13,7 +13,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 
 import pytest
 from hypothesis import settings
@@ -23,6 +23,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import experiments  # reads the variable
 from tests.examples import PROFILE
+from tests.warm_fork_server import warm_fork_server
 
 collect_ignore = ["cases"]      # scenarios that are to fail: the tests of their faults run them
 
@@ -59,3 +60,9 @@ def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]):
         report.outcome = "failed"
         report.longrepr = f"{item.nodeid}: skipped, and --fail-on-skip is given: {call.excinfo.value}"
     return report
+
+
+@pytest.fixture(scope="session", autouse=True)
+def warm() -> Iterator[None]:
+    with warm_fork_server():
+        yield
