@@ -22,6 +22,7 @@ os.environ.setdefault("MARCONET_COMPILED", "0")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import experiments  # reads the variable
+from tests import collecting
 from tests.examples import PROFILE
 from tests.warm_fork_server import warm_fork_server
 
@@ -37,6 +38,10 @@ if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_I
     signal.signal(signal.SIGHUP, lambda *_: None)       # the tests themselves go on
 
 settings.load_profile(PROFILE)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    collecting.register(config)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
