@@ -3,6 +3,8 @@
 - They run on the sources, or with MARCONET_COMPILED=1 on the compiled modules.
 - Property tests have no deadline, so that they pass on a busy machine; `make test-all` lets them try more examples
   (examples.py).
+- Workers collect one behind the other, so that a fresh clone is compiled once (collecting.py), and the fork servers of
+  runs are forked from one process of each worker (warm_fork_server.py).
 - NumPy computes in one thread, since the tests of all cores would wait for each other's threads.
 - Programs under test do not ignore the signals that a background job ignores (Ctrl-C after `&`, hang-up after `nohup`).
 - With `--fail-on-skip` (`make test-all`) a test that lacks a tool fails instead of being skipped.
