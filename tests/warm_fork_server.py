@@ -3,7 +3,7 @@
 These imports take a quarter of a second of processor time in each of some 300 runs with processes. A fork server that
 was forked is what it is otherwise: a process with its own arguments, environment, folder, log and process group. One
 whose variables of Python or marconet differ is started anew, and so is that of a run in a process of its own (the
-command `marconet`) or on the compiled modules.
+command `marconet`).
 
     test process --(arguments, environment; standard input, log, status)--> warm process --fork--> fork server
                  <---------------- process id, later the exit code, by the status socket -----
@@ -24,6 +24,7 @@ from contextlib import contextmanager, suppress
 from types import SimpleNamespace
 from typing import Any, Final
 
+import experiments      # before all others of ours: it finds the compiled modules
 from netem.transport import node_processes
 from netem.transport.process_host import ENVIRONMENT
 
