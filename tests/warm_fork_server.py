@@ -24,7 +24,7 @@ from contextlib import contextmanager, suppress
 from types import SimpleNamespace
 from typing import Any, Final
 
-import experiments      # before all others of ours: it finds the compiled modules
+import experiments  # before all others of ours: it finds the compiled modules
 from netem.transport import node_processes
 from netem.transport.process_host import ENVIRONMENT
 
