@@ -5,9 +5,12 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
+
+from tests.collecting import LEADER, InLine
 
 ROOT = Path(__file__).parents[1]
 IGNORE = "import os, signal, sys; signal.signal(int(sys.argv[1]), signal.SIG_IGN); os.execv(sys.argv[2], sys.argv[2:])"
@@ -47,3 +50,20 @@ def test_a_skipped_test_fails_on_request_and_says_what_is_needed(tmp_path: Path)
     assert done.returncode == 1
     assert "needs a thing: `apt-get install thing`" in done.stdout
     assert pytest_in(tmp_path, SKIPS).returncode == 0
+
+
+def test_a_worker_collects_a_file_once_the_leader_has(tmp_path: Path) -> None:
+    (file := tmp_path / "collected").touch()
+    module = pytest.Module.__new__(pytest.Module)
+    led = InLine(LEADER, file).pytest_make_collect_report(module)
+    followed = InLine("gw1", file).pytest_make_collect_report(module)
+    collects = threading.Event()
+    threading.Thread(target=lambda: (next(followed), collects.set()), daemon=True).start()
+
+    next(led)                                   # the leader imports the file
+    early = collects.wait(0.1)
+    with pytest.raises(StopIteration):
+        led.send(None)                          # and has done
+
+    assert not early
+    assert collects.wait(60)

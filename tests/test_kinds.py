@@ -24,6 +24,7 @@ CHOSEN_BY = {"netem/media/mac/table.py": "mac", "netem/media/decoding/table.py":
              "agents/triggering/policies/table.py": "policy"}                          # else `kind`
 # Names that the attributes of too many other things have, so that reading them by name tells nothing of a kind.
 COMMON = {"name", "names", "run", "start", "check", "prepare", "Settings"}
+FUNCTIONS = {"isinstance", "issubclass", "getattr", "hasattr"}
 ASKING = (ast.Call, ast.MatchClass, ast.Compare, ast.Match, ast.Tuple, ast.List, ast.Set, ast.Dict, ast.Assign)
 
 
@@ -78,13 +79,32 @@ def questions(file: str, text: str) -> Iterator[str]:
     """A line for each place of the file that asks which member of a kind there is."""
     tree = ast.parse(text)
     types = {id(node.slice) for node in ast.walk(tree) if isinstance(node, ast.Subscript)}      # Literal["a", "b"]
-    nodes = [node for node in ast.walk(tree) if isinstance(node, ASKING) and id(node) not in types]
     imported = {alias.asname or alias.name: f"{node.module}:{alias.name}" for node in ast.walk(tree)
                 if isinstance(node, ast.ImportFrom) for alias in node.names}
+    nodes = [node for node in ast.walk(tree) if isinstance(node, ASKING) and id(node) not in types
+             and _names_a_member(node, imported)]
     for kind in kinds():
         if file != kind.table and not file.startswith(f"{kind.room}/"):
             for node in nodes:
                 yield from (f"{file}:{line}: {what}" for line, what in _questions(node, kind, imported))
+
+
+@cache
+def _words() -> tuple[frozenset[str], frozenset[str], frozenset[str]]:
+    """Of all kinds: what a constant may name, the classes, and their names without the module."""
+    classes = frozenset[str]().union(*(kind.classes for kind in kinds()))
+    return (frozenset[str]().union(*(kind.names | kind.attributes for kind in kinds())), classes,
+            frozenset(name.rpartition(":")[2] for name in classes))
+
+
+def _names_a_member(node: ast.AST, imported: Mapping[str, str]) -> bool:
+    """Whether the node has a word of any kind in it: one look, before that at each kind, spares nearly all of those."""
+    if isinstance(node, ast.Call) and not (isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS):
+        return False
+    words, classes, class_names = _words()
+    return any((isinstance(each, ast.Constant) and each.value in words)
+               or (isinstance(each, ast.Name) and imported.get(each.id) in classes)
+               or (isinstance(each, ast.Attribute) and each.attr in class_names) for each in ast.walk(node))
 
 
 def _questions(node: ast.AST, kind: Kind, imported: Mapping[str, str]) -> Iterator[tuple[int, str]]:

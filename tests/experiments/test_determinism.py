@@ -42,13 +42,13 @@ def hash_of(folder: Path, host: HostName, start_order: int, duration_s: float, s
 
 
 def test_load_start_order_and_host_change_nothing(tmp_path: Path) -> None:
-    hashes = {hash_of(tmp_path, "inline", 0, 0.4)}
+    hashes = {hash_of(tmp_path, "inline", 0, 0.2)}
 
     with background_load(2):
-        hashes |= {hash_of(tmp_path, "process", order, 0.4) for order in range(3)}
+        hashes |= {hash_of(tmp_path, "process", order, 0.2) for order in range(2)}
 
     assert len(hashes) == 1
-    assert hash_of(tmp_path, "inline", 99, 0.4, seed=8) not in hashes
+    assert hash_of(tmp_path, "inline", 99, 0.2, seed=8) not in hashes
 
 
 SETS = """

@@ -253,8 +253,8 @@ def test_a_reference_that_the_wheels_cannot_follow_is_refused():
         load(find("tracking_p3at_too_fast"), overrides=["agents.companion.parameters.sure=true"])
 
 
-@pytest.mark.parametrize("name", ["tracking_individual", "tracking_event_triggered", *(
-    pytest.param(name, marks=pytest.mark.slow) for name in ("tracking_lossy", "tracking_delayed"))])
+@pytest.mark.parametrize("name", ["tracking_individual", *(pytest.param(name, marks=pytest.mark.slow) for name in (
+    "tracking_event_triggered", "tracking_lossy", "tracking_delayed"))])
 def test_both_hosts_leave_the_same_ledger_and_events(tmp_path, name):
     inline, process = (emulated(name, tmp_path / host, host=host, duration_s=0.5, overrides=["expect={}"])
                        for host in ("inline", "process"))

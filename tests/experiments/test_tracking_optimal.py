@@ -166,7 +166,7 @@ every = 3
     assert (2 * interval_s <= tau_s).all()
 
 
-@pytest.mark.parametrize("observer", ["particle", "unscented"])
+@pytest.mark.parametrize("observer", ["particle", pytest.param("unscented", marks=pytest.mark.slow)])
 def test_a_robot_drives_by_what_its_observer_estimates(observer: str, tmp_path: Path) -> None:
     data = emulated(tmp_path, f'team.optimal.observer="{observer}"', duration_s=3.0)
 

@@ -13,8 +13,8 @@ from tests.agents.marco_polo.layouts import AREA, RADII
 def test_one_sensor_is_placed_as_well_as_on_the_finest_grid():
     found = place_sensors(AREA, [1.5], 1, 0.0, np.random.default_rng(1), hops=30)
 
-    grid = np.linspace(0.25, 9.75, 39)
-    best = max(track_coverage(AREA, [(x, y)], [1.5], boundary_cells=800)[0] for x in grid for y in grid)
+    grid = np.linspace(0.25, 5.0, 20)       # the area is a square: one of its eight triangles has what the others have
+    best = max(track_coverage(AREA, [(x, y)], [1.5], boundary_cells=800)[0] for x in grid for y in grid if y <= x)
     assert found.track_coverage >= best - 1e-3
 
 

@@ -9,11 +9,21 @@ from experiments.judge.run_data import RunData, load_run
 from experiments.run.runner import run
 from experiments.scenario import find, load
 
+GAMES: dict[tuple[object, ...], tuple[Path, Any]] = {}      # (folder, summary) of what this test process has played
+
 
 def played(out: Path, name: str, *overrides: str, seed: int | None = None, host: Any = "inline") -> tuple[RunData, Any]:
-    """Play a scenario of the library into `out`; return its records and its summary."""
-    summary = run(load(find(name), seed=seed, overrides=overrides), host=host, out=out, report=False).summary
-    return load_run(out), summary
+    """Return the records and the summary of a game of the library, with its folder at `out`.
+
+    A game is played once in a test process; a test that asks for it again gets a link to its folder.
+    """
+    key = (name, overrides, seed, host)
+    if key in GAMES:
+        out.symlink_to(GAMES[key][0])
+    else:
+        scenario = load(find(name), seed=seed, overrides=overrides)
+        GAMES[key] = out, run(scenario, host=host, out=out, report=False).summary
+    return load_run(out), GAMES[key][1]
 
 
 def counted(data: RunData, counter: str) -> int:

@@ -23,12 +23,13 @@ def broken(folder: Path, *overrides: str) -> set[str]:
     ((f"{BLIND}.during_s=[14.5, 15.4]",), "sees_again"),
     ((f"{PARTED}.during_s=[1.0, 1.1]",), "two_in_the_partition"),
     ((f"{PARTED}.during_s=[15.56, 17.9]",), "one_after_it"),
-    ((f"{DEATH}.on='ugv_*'",), "taken_over"),                                       # nobody is left
-    (tuple(f"agents.{name}.parameters.heartbeat_rounds=8" for name in SENSORS), "taken_over"),
+    pytest.param((f"{DEATH}.on='ugv_*'",), "taken_over", marks=pytest.mark.slow),   # nobody is left
+    pytest.param(tuple(f"agents.{name}.parameters.heartbeat_rounds=8" for name in SENSORS), "taken_over",
+                 marks=pytest.mark.slow),
     (("expect.taken_over='always[20.225 s, 23 s] pursuers.target_1 > 0.5'",), "taken_over"),      # half of the bound
     ((f"{CORNER}.during_s=[1.0, 2.5]",), "two_in_the_jam"),
-    ((f"{CORNER}.zone.high_m=[10.0, 1.0]",), "two_in_the_jam"),                     # ugv_2 is not in it
-    ((f"{CORNER}.during_s=[21.0, 22.9]",), "one_after_the_jam"),
+    pytest.param((f"{CORNER}.zone.high_m=[10.0, 1.0]",), "two_in_the_jam", marks=pytest.mark.slow),     # without ugv_2
+    pytest.param((f"{CORNER}.during_s=[21.0, 22.9]",), "one_after_the_jam", marks=pytest.mark.slow),
     (("expect.one_after_the_jam='always[22.535 s, 30 s] pursuers.target_1 < 1.5'",), "one_after_the_jam"),   # 35 ms
 ])
 def test_another_fault_or_bound_breaks_its_formula(overrides: tuple[str, ...], key: str, tmp_path: Path) -> None:

@@ -106,7 +106,7 @@ def test_a_differential_drive_passes_each_corner_and_stops_at_the_last(way: list
     assert dist(path[-1], way[-1]) <= ARRIVED_M
 
 
-@pytest.mark.parametrize("after_s", [1.0, 2.0, 4.5])
+@pytest.mark.parametrize("after_s", [1.0, *(pytest.param(s, marks=pytest.mark.slow) for s in (2.0, 4.5))])
 def test_a_differential_drive_stops_within_its_bound_and_then_stands(after_s: float, tmp_path: Path) -> None:
     found = driven(tmp_path / "run", after_s + 8.0, (1.0, 1.0, 0.7), go_ns=[S], ways=[[(9.0, 9.0)]],
                    stop_ns=[S + round(after_s * S)])
@@ -196,7 +196,7 @@ def test_a_quadrotor_that_flies_to_and_fro_keeps_its_bounds(tmp_path: Path) -> N
     assert found["told coasted"].max() > 1.0
 
 
-@pytest.mark.parametrize("after_s", [0.5, 1.5])
+@pytest.mark.parametrize("after_s", [0.5, pytest.param(1.5, marks=pytest.mark.slow)])
 def test_a_quadrotor_stops_within_its_bound_and_then_stands(after_s: float, tmp_path: Path) -> None:
     found = flown(tmp_path / "run", 16.0, go_ns=[8 * S], ways=[[(9.0, 9.0)]], stop_ns=[8 * S + round(after_s * S)])
 

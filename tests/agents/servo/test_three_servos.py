@@ -56,7 +56,7 @@ def single(number: float) -> float:
     return float(np.float32(number))
 
 
-@pytest.mark.parametrize("bit_rate_bps", [80_000, 1_000_000])
+@pytest.mark.parametrize("bit_rate_bps", [80_000, pytest.param(1_000_000, marks=pytest.mark.slow)])
 def test_each_servo_moves_as_a_simulation_of_its_loop_with_the_delays_of_the_bus(
         bit_rate_bps: int, tmp_path: Path) -> None:
     """Oracle: matrix exponentials between the instants at which inputs change, found in the ledger."""

@@ -38,8 +38,9 @@ def fates(ran: Ran, from_ms: float, until_ms: float, way: str) -> set[str]:
 
 @pytest.mark.parametrize("radio", [
     'preset = "crazyflie_p2p"',
-    'preset = "crazyflie_p2p", decode = "capture"',
-    'preset = "crazyflie_p2p", decode = "capture", topology = { kind = "positions" }',
+    pytest.param('preset = "crazyflie_p2p", decode = "capture"', marks=pytest.mark.slow),
+    pytest.param('preset = "crazyflie_p2p", decode = "capture", topology = { kind = "positions" }',
+                 marks=pytest.mark.slow),
     'preset = "crazyflie_p2p", topology = { kind = "positions", propagation_mps = 299792458 }'])
 def test_groups_that_would_collide_for_certain_do_not_where_carriers_stop(both: Any, radio: str) -> None:
     # 8 bytes last 76.5 us: the frames at 300 and at 500 ms are on the air when the window begins, and when it ends

@@ -145,7 +145,7 @@ def test_both_hosts_leave_the_same_ledger_and_count_the_same(tmp_path, program, 
     made = scenario(tmp_path / "s", program, parameters, medium)
 
     results = [run(made, host=host, out=tmp_path / name, report=False)
-               for name, host in (("p", "process"), ("i", "inline"), ("again", "inline"))]
+               for name, host in (("p", "process"), ("i", "inline"))]
 
     assert len({result.summary.ledger_hash for result in results}) == 1
     first, *others = [RUN.read(result.folder)["counters"] for result in results]

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.linalg import expm
 
 from agents.synchronization.round_plans import RoundPlans
@@ -23,6 +24,7 @@ from experiments.search.falsify import Found, Wanted, falsify
 from experiments.search.objective import Objective
 from experiments.search.strategy import RandomSearch
 from experiments.sweep.vary import parse
+from marconet.command_line import app
 from tests.processes import alive, children
 
 ROOT = Path(__file__).parents[3]
@@ -285,7 +287,6 @@ def test_the_command_tells_cost_and_command_and_its_scenario_repeats_it(watched:
     (["--budget", ONE_IN_A_ROW, "--minimize", "delivery_ratio", "--runs", "0"], "--runs 0: expected at least 1"),
 ])
 def test_bad_options_are_told_in_one_line(watched: Path, options: list[str], line: str) -> None:
-    told = subprocess.run([sys.executable, "-m", "marconet.command_line", "break", str(watched), *options],
-                          capture_output=True, text=True, check=False)
+    told = CliRunner().invoke(app, ["break", str(watched), *options])
 
-    assert (told.returncode, told.stderr) == (2, f"{line}\n")
+    assert (told.exit_code, told.stderr) == (2, f"{line}\n")

@@ -60,7 +60,7 @@ def test_a_run_of_a_campaign_has_the_hash_and_the_figures_of_a_single_run(beacon
     assert sorted(file.name for file in swept.folder.iterdir()) == ["campaign.json", "report.html", "runs.parquet"]
 
 
-@pytest.mark.parametrize("scenario", ["output_sync", "tracking_individual"])
+@pytest.mark.parametrize("scenario", [pytest.param("output_sync", marks=pytest.mark.slow), "tracking_individual"])
 def test_scenarios_of_the_library_have_the_hash_and_the_figures_of_a_single_run(scenario: str, tmp_path: Path) -> None:
     from experiments.scenario import find
 

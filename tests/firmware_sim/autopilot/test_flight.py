@@ -42,8 +42,9 @@ def test_it_takes_off_and_hovers_within_a_few_times_the_noise_of_motion_capture(
 
 
 @pytest.mark.parametrize(("plant", "within_m"), [
-    ({"mass": 0.6}, 0.01), ({"mass": 0.35}, 0.01), ({"tau_motor": 0.08}, 0.01),
-    ({"k_moment": 2.7e-7, "J": [3.65e-3, 3.68e-3, 7.03e-3]}, 0.01),
+    ({"mass": 0.6}, 0.01), pytest.param({"mass": 0.35}, 0.01, marks=pytest.mark.slow),
+    pytest.param({"tau_motor": 0.08}, 0.01, marks=pytest.mark.slow),
+    pytest.param({"k_moment": 2.7e-7, "J": [3.65e-3, 3.68e-3, 7.03e-3]}, 0.01, marks=pytest.mark.slow),
     ({"wind": [2.0, -1.0, 0.0]}, 0.01),
 ])
 def test_it_hovers_where_it_was_told_although_the_vehicle_is_not_the_one_it_knows(

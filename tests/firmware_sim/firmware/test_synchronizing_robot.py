@@ -28,7 +28,7 @@ def hash_of(name: str, out: Path, in_c: tuple[str, ...], duration_s: float | Non
 
 
 @pytest.mark.parametrize("name", ["output_sync_reference", "output_sync"])     # told, and discovered
-@pytest.mark.parametrize("in_c", [HALF, ALL], ids=["half", "all"])
+@pytest.mark.parametrize("in_c", [pytest.param(HALF, marks=pytest.mark.slow), ALL], ids=["half", "all"])
 def test_robots_in_c_leave_the_ledger_of_robots_in_python(name: str, in_c: tuple[str, ...], tmp_path: Path) -> None:
     python = hash_of(name, tmp_path / "python", (), 1.5)
 
