@@ -9,6 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 OUT    ?= runs/demo
 # Two more than the cores, since many tests wait for processes.
 WORKERS ?= $(shell echo $$(( $$(getconf _NPROCESSORS_ONLN) + 2 )))
+TYPES   = $(VENV)/mypy.log
 PYTEST  = $(BIN)/pytest -q -n $(WORKERS) --dist loadfile
 
 .PHONY: help demo test test-all lint docs bench lock clean
@@ -76,8 +77,12 @@ lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-test: lint
-	$(PYTEST) -m "not slow"
+# mypy, which uses one core for a minute, runs beside the tests; what it found comes after theirs.
+test: $(VENV)/.installed-dev
+	$(BIN)/ruff check .
+	@$(BIN)/mypy > $(TYPES) 2>&1 & types=$$!; \
+	echo '$(PYTEST) -m "not slow"'; $(PYTEST) -m "not slow"; tests=$$?; \
+	wait $$types; types=$$?; cat $(TYPES); test $$tests -eq 0 && test $$types -eq 0
 
 # A test that lacks a tool (Chromium, tshark, a ground station) fails here and says how to get it; property tests try more
 # examples.

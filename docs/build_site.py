@@ -4,6 +4,7 @@
 
 - The pages of docs/ stay as they are; README.md and CHANGELOG.md stand beside them, as `about.md` and `changelog.md`.
 - Each package gets a page of the reference, `reference/PACKAGE.md`, made from the docstrings of its modules.
+- A source file that a page links is copied to its path in the site.
 - The navigation has a section for each table of docs/README.md, with the pages that it links, then the reference.
 
 The exit code is 1 after any warning, such as a link that leads nowhere.
@@ -41,7 +42,11 @@ def write_source(source: Path) -> Path:
         name = file.relative_to(ROOT).as_posix()
         page = pages / _page(name)
         page.parent.mkdir(parents=True, exist_ok=True)
-        page.write_text(_relinked(file.read_text(encoding="utf-8"), name), encoding="utf-8")
+        text = file.read_text(encoding="utf-8")
+        page.write_text(_relinked(text, name), encoding="utf-8")
+        for linked in _sources_linked(text, name):
+            (pages / linked).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / linked, pages / linked)
     for package, modules in _packages().items():
         page = pages / "reference" / f"{package}.md"
         page.parent.mkdir(exist_ok=True)
@@ -89,6 +94,13 @@ def _relinked(text: str, name: str) -> str:
         target = _page(os.path.normpath(PurePosixPath(name).parent / link[2]))
         return link[1] + os.path.relpath(target, PurePosixPath(_page(name)).parent)
     return _outside(CODE, partial(LINK.sub, relinked), _outside(FENCE, spaced, text))
+
+
+def _sources_linked(text: str, name: str) -> list[str]:
+    """The files outside of docs/ that the file `name` links and that are no pages, by their paths from the root."""
+    targets = {os.path.normpath(PurePosixPath(name).parent / link[2]) for link in LINK.finditer(CODE.sub("", text))}
+    return sorted(target for target in targets
+                  if not target.startswith("docs/") and not target.endswith(".md") and (ROOT / target).is_file())
 
 
 def _outside(code: re.Pattern[str], change: Callable[[str], str], text: str) -> str:
