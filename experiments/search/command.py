@@ -60,7 +60,7 @@ def run_shrink(console: Console, run_dir: Path, *, verbose: bool, as_json: bool,
         from experiments.search.shrink import shrink
         from experiments.show.live_view import counting_view
 
-        with counting_view(console, f"shrink {run_dir}", max(1, runs)) as progress:
+        with counting_view(console, f"shrink {run_dir}", max(1, runs), at_most=True) as progress:
             shrunk = shrink(run_dir, runs, out, expectation, progress)
         if as_json:
             from experiments.show.json_output import print_json

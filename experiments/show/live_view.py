@@ -55,9 +55,12 @@ def live_view(console: Console, what: str, length_s: float,
 
 
 @contextmanager
-def counting_view(console: Console, what: str, total: int,
-                  now_s: Callable[[], float] = time.monotonic) -> Iterator[Count]:
-    """Yield the function that the caller calls after each of `total` runs, and with 0 when the first ones begin."""
+def counting_view(console: Console, what: str, total: int, now_s: Callable[[], float] = time.monotonic, *,
+                  at_most: bool = False) -> Iterator[Count]:
+    """Yield the function that the caller calls after each of `total` runs, and with 0 when the first ones begin.
+
+    If there are `at_most` so many runs, nobody knows how much time is left.
+    """
     with _view(console, what, total, what) as (show, every_s):
         done, due_s = 0, now_s() + every_s
         time_left, estimated = TimeLeft(total, 1), False
@@ -65,10 +68,10 @@ def counting_view(console: Console, what: str, total: int,
         def tell(more: int = 1) -> None:
             nonlocal done, due_s, estimated
             done += more
-            left = time_left.at(done, now_s())
+            left = "" if at_most else time_left.at(done, now_s())
             if done <= 1 or now_s() >= due_s or (left and not estimated):
                 estimated = bool(left)
-                show(done, f"{done} of {total} runs" + (f", {left}" if left else ""))
+                show(done, f"{done} of {'at most ' if at_most else ''}{total} runs" + (f", {left}" if left else ""))
                 due_s = now_s() + every_s
 
         yield tell

@@ -96,6 +96,14 @@ def test_the_first_run_of_a_search_tells_how_long_the_others_take():
     assert file.getvalue().splitlines() == ["break talk: 0 of 200 runs", "break talk: 1 of 200 runs, 6 min 38 s left"]
 
 
+def test_of_runs_of_which_there_may_be_fewer_no_time_is_said_to_be_left():
+    file = io.StringIO()
+    with counting_view(Console(file=file, width=100), "shrink run", 500, Clock(), at_most=True) as tell:
+        tell()
+
+    assert file.getvalue().splitlines() == ["shrink run: 1 of at most 500 runs"]
+
+
 def told(*steps: Progress) -> list[str]:
     """Return the lines of a file for these steps, LINE_EVERY_S apart."""
     clock, file = Clock(), io.StringIO()

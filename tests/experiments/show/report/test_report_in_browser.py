@@ -201,6 +201,35 @@ def test_verdicts_are_read_on_a_narrow_screen_without_scrolling_aside(show) -> N
                     " box.scrollWidth > box.clientWidth).length") == 0
 
 
+@pytest.mark.parametrize("width", [900, 1300])
+def test_no_button_of_a_chart_lies_on_a_legend(show, width: int) -> None:
+    page = show(width)
+    page.until("document.querySelector('#plot-plane .legend .traces')")
+
+    assert page.run("""[...document.querySelectorAll('.js-plotly-plot')].filter((chart) => {
+        const legend = chart.querySelector('.legend')?.getBoundingClientRect();
+        return legend && [...chart.querySelectorAll('.modebar-btn')].map((button) => button.getBoundingClientRect())
+            .some((box) => box.right > legend.left && box.left < legend.right && box.bottom > legend.top
+                           && box.top < legend.bottom);
+    }).map((chart) => chart.id)""") == []
+
+
+def test_the_caption_of_the_plane_explains_what_is_drawn_and_nothing_else(show) -> None:
+    assert show().run("byId('plane-caption').textContent") == "Lines: paths so far."
+
+
+def test_a_verdict_and_its_sign_stay_on_one_line_and_so_does_the_head_of_a_column(show) -> None:
+    page = show(1000)
+
+    assert page.run("""[...document.querySelectorAll('#guarantees th:nth-last-child(2), #guarantees td:last-child')]
+        .map((cell) => {
+            cell.style.width = cell.style.maxWidth = '1px';
+            const words = document.createRange();
+            words.selectNodeContents(cell);
+            return words.getClientRects().length;
+        })""") == [1, 1]
+
+
 @pytest.mark.parametrize("dark", [False, True])
 def test_the_words_of_the_charts_are_in_the_colours_of_the_page(show, dark: bool) -> None:
     page = show(dark=dark)

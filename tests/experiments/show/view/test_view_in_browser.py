@@ -201,6 +201,27 @@ def test_a_browser_with_a_wrong_token_gets_no_page_and_another_site_no_run(page:
     assert "the token is missing or wrong" in text(page, "body")
 
 
+def test_names_in_a_circle_stand_outside_so_that_no_link_crosses_them(page: Browser, tmp_path: Path) -> None:
+    scenario = scenario_in(tmp_path, 500.0)
+    more = "".join(f"n{k} = {{ parameters = {{ offset_us = {700 * k} }} }}\n" for k in range(5))
+    scenario.write_text(scenario.read_text().replace(', v = 0.5 }, plant = { fmu = "unicycle" }', " }")
+                        .replace("[media]", f"{more}[media]"))
+    with viewed(scenario, tmp_path / "run", "--host", "inline") as shown:
+        page.show(shown.url)
+        page.until("RUN.told > 4 && RUN.links.length === 56 && MAP.labels.size === 8")
+
+        crossed = page.run("""RUN.links.flatMap(([, sender, receiver]) => {
+            const from = MAP.points.get(sender), to = MAP.points.get(receiver);
+            const along = [...Array(500).keys()].map((k) => k / 499);
+            return [...MAP.labels].filter(([, label]) => along.some((share) => {
+                const x = from.x + share * (to.x - from.x), y = from.y + share * (to.y - from.y);
+                return label.x < x && x < label.x + label.width && Math.abs(y - label.y) < 7;
+            })).map(([name]) => name);
+        })""")
+        assert crossed == []
+        assert page.errors == []
+
+
 @pytest.mark.slow
 def test_many_nodes_are_shown_as_a_matrix(page: Browser, tmp_path: Path) -> None:
     more = "".join(f"n{k} = {{ parameters = {{ offset_us = {700 * k} }}, at_m = [{k * 7 % 10}, {k % 4}] }}\n"

@@ -59,8 +59,8 @@ function drawPlane() {
   const [xs, ys] = planeRanges();
   Plotly.react("plot-plane", traces, layout("x [m]", "y [m]", {
     shapes, hovermode: "closest", showlegend: true, height: narrow.matches ? 520 : p.ground ? 660 : 640,
-    legend: narrow.matches ? {orientation: "h", y: -0.16, yanchor: "top", x: 0} : {orientation: "v", x: 1.01, y: p.ground ? 1 : 0.8, yanchor: "top"},
-    ...(p.ground ? {margin: {...layout("", "").margin, t: 30}, modebar: {...layout("", "").modebar, orientation: "h"}} : {}),
+    legend: narrow.matches ? {orientation: "h", y: -0.16, yanchor: "top", x: 0} : {orientation: "v", x: 1.01, y: 1, yanchor: "top"},
+    margin: {...layout("", "").margin, t: 30}, modebar: {...layout("", "").modebar, orientation: "h"},      // above the legend
     xaxis: {range: xs, constrain: "domain"}, yaxis: {range: ys, scaleanchor: "x", constrain: "domain"}, uirevision: "plane"}), config());
 }
 

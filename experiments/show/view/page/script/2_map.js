@@ -1,6 +1,6 @@
 // The map: ground, zones, fields of view, nodes with their way so far, and links that light up when copies end on them.
 const LIT_MS = 700, MOST_TRAIL = 80, EDGE = 34, LABEL = "12px system-ui, sans-serif";
-const MAP = {box: null, lit: new Map(), spoke: new Map(), trails: {}, points: new Map(), due: false};
+const MAP = {box: null, lit: new Map(), spoke: new Map(), trails: {}, points: new Map(), labels: new Map(), due: false};
 
 // Take an update: which links have new copies, and which way the nodes went. `first`: all that happened before is in it.
 function noteOnMap(changed, at, before, first) {
@@ -247,20 +247,26 @@ function drawNodes(pen, view, now) {
   drawLabels(pen, view, many ? "10.5px system-ui, sans-serif" : LABEL, ink, card);
 }
 
-// Names where there is room for them: that of the chosen node first, others in order.
+// Names where there is room for them: that of the chosen node first, others in order. Most links go to the middle of the
+// nodes, so the places on the other side come first.
 function drawLabels(pen, view, font, ink, card) {
-  const taken = [], spots = [...view.placed.entries()].sort(([one], [other]) => (other === RUN.chosen) - (one === RUN.chosen));
+  const all = [...view.placed.values()], mean = (axis) => all.reduce((total, spot) => total + spot[axis], 0) / all.length;
+  const middle = {x: mean("x"), y: mean("y")}, taken = [], spots = [...view.placed.entries()].sort(([one], [other]) => (other === RUN.chosen) - (one === RUN.chosen));
   pen.font = font;
   pen.textBaseline = "middle";
+  MAP.labels.clear();
   spots.forEach(([name, spot]) => {
     const away = RUN.away[name], text = away ? `${name}: ${away}` : name, width = pen.measureText(text).width;
-    const places = [[spot.x + 11, spot.y - 9], [spot.x - 11 - width, spot.y - 9], [spot.x + 11, spot.y + 10], [spot.x - 11 - width, spot.y + 10]];
+    const away_x = spot.x - middle.x, away_y = spot.y - middle.y, inwards = ([right, down]) => -(right * away_x + down * away_y);
+    const places = [[1, -1], [-1, -1], [1, 1], [-1, 1]].sort((one, other) => inwards(one) - inwards(other))
+      .map(([right, down]) => [right > 0 ? spot.x + 11 : spot.x - 11 - width, spot.y + 11 * down]);
     const fits = places.find(([x, y]) => x > 2 && x + width < view.width - 2 && y > 8 && y < view.height - 8
       && taken.every((box) => x + width < box[0] || x > box[2] || y + 7 < box[1] || y - 7 > box[3])
-      && [...view.placed.values()].every((other) => other === spot || other.x < x - 6 || other.x > x + width + 6 || Math.abs(other.y - y) > 11));
+      && all.every((other) => other === spot || other.x < x - 6 || other.x > x + width + 6 || Math.abs(other.y - y) > 11));
     if (!fits) return;
     const [x, y] = fits;
     taken.push([x, y - 7, x + width, y + 7]);
+    MAP.labels.set(name, {x, y, width});
     pen.lineWidth = 3;
     pen.strokeStyle = card;
     pen.lineJoin = "round";
