@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 BAR_EVERY_S = 0.1
 LINE_EVERY_S = 5.0
 MOST_NAMES = 5          # most nodes named in the line about nodes that do not answer
+SOON_S = 1.0            # in a file, no line for work that is done by then
 LEAST_SHARE = 0.01      # of a run, before the time left is estimated; of counted runs it is one
 
 
@@ -62,14 +63,15 @@ def counting_view(console: Console, what: str, total: int, now_s: Callable[[], f
     If there are `at_most` so many runs, nobody knows how much time is left.
     """
     with _view(console, what, total, what) as (show, every_s):
-        done, due_s = 0, now_s() + every_s
+        done, due_s, soon_s = 0, now_s() + every_s, now_s() + min(SOON_S, every_s - BAR_EVERY_S)
         time_left, estimated = TimeLeft(total, 1), False
 
         def tell(more: int = 1) -> None:
             nonlocal done, due_s, estimated
             done += more
             left = "" if at_most else time_left.at(done, now_s())
-            if done <= 1 or now_s() >= due_s or (left and not estimated):
+            news = done <= 1 or (left and not estimated)
+            if not more or now_s() >= due_s or (news and now_s() >= soon_s):
                 estimated = bool(left)
                 show(done, f"{done} of {'at most ' if at_most else ''}{total} runs" + (f", {left}" if left else ""))
                 due_s = now_s() + every_s

@@ -271,7 +271,7 @@ def test_a_team_that_has_parted_meets_again(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("change", "rule"), [
-    ("media.radio.preset='xbee_802154'", r"a slot of 1084000 ns is shorter than its frames"),
+    ("media.radio.preset='xbee_802154'", r"a slot of 1.084 ms is shorter than its frames"),
     ("team.models.r2.K=[[-5.0]]", r"A_cl is not Hurwitz \(Assumption 6\): it has the eigenvalue 21\.6"),
     ("media.radio.topology={kind='fixed', links=['r1 <-> r2', 'r2 -> r3', 'r3 <-> r4', 'r4 <-> r5']}",
      r"the one-way link r2 -> r3 lies on no cycle \(Assumption 7\)"),
