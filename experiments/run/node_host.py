@@ -37,13 +37,13 @@ def open_host(host: HostName, specifications: Mapping[str, NodeSpecification], a
     """
     if host == "inline":
         under_way = under_way or UnderWay(shared=False)
-        threads = any(specification.blocking for specification in specifications.values())
+        tries = not real_time and any(specification.blocking for specification in specifications.values())
         return InlineHost({name: partial(build_node, specification, at_end, under_way, own_process=False)
                            for name, specification in specifications.items()},
                           None if real_time else OutsideGuard(ENTRANCES), under_way, timeout_s, waits,
                           lambda name, life: build_node(specifications[name], at_end, under_way, life,
                                                         own_process=False),
-                          Placement(lambda: (os.getpid(),)) if threads else None)
+                          Placement(lambda: (os.getpid(),)) if tries else None)
     order = list(specifications)
     if shuffle_start is not None:
         random.Random(shuffle_start).shuffle(order)

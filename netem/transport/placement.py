@@ -7,7 +7,7 @@ If one node at a time has something to do, one core is faster: each message to a
 up, and finds its caches cold. So does each change between the threads of blocking programs in one process. If many
 nodes work in parallel, or one works for long, all cores are. The choice depends on scenario, machine and its other
 load. It changes the speed alone: a node's offers do not depend on its core. The time between windows does not count, as
-in a run in real time it is mostly spent waiting.
+a view may hold the run there. A run in real time tries nothing, as the slower choice would make frames late.
 
 Not modelled: some nodes on one core and others elsewhere; groups of cores that share a cache.
 """
@@ -31,6 +31,7 @@ WORTH_IT: Final = 0.97          # one core is chosen if it takes less than this 
 class Placement:
     """Moves the processes whose ids `processes` returns, this one included; the host calls `exchanged` every window.
 
+    `cores` are those to choose from, None for all that this process may use; with one or none it moves nothing.
     `place(process, cores)` lets a process run on these cores only.
     """
 

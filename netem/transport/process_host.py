@@ -84,7 +84,8 @@ class ProcessHost:
         self._ended_s: dict[str, float] = {}
         self._over = threading.Event()
         self._watchdog: threading.Thread | None = None
-        self._placement = Placement(lambda: (os.getpid(), *self._alive.pids().values()))
+        self._placement = Placement(lambda: (os.getpid(), *self._alive.pids().values()),
+                                    cores=set() if real_time else None)
         self.garbage: Counter[str] = Counter()
 
     def start(self) -> dict[str, Hello]:

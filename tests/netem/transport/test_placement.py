@@ -132,8 +132,9 @@ def test_an_inline_host_tells_the_time_that_its_nodes_took_but_not_the_time_betw
     assert spent_s[1] <= took_s
 
 
-def test_a_machine_with_one_core_is_left_alone() -> None:
-    machine = Machine(1e-4, 2e-4, {0})
+@pytest.mark.parametrize("cores", [{0}, set()])
+def test_a_machine_with_one_core_is_left_alone_and_so_is_a_run_in_real_time(cores: set[int]) -> None:
+    machine = Machine(1e-4, 2e-4, cores)
 
     machine.run(2 * WINDOWS_TO_DECIDE)
 
