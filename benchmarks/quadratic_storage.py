@@ -1,4 +1,4 @@
-"""How small a regional gain of the tracking loop can be if a quadratic function V = x'Px is to prove it.
+"""Computes a lower bound of the regional gains of the tracking loop that a quadratic function V = x'Px can prove.
 
     2 f(x, w)'P x + |y(x, w)|^2 <= gamma^2 |w|^2    for all |x| <= r and all w,     P >= 0
 

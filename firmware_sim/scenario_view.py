@@ -22,7 +22,7 @@ Preparing = Callable[[str, int, int], None]     # what is prepared, steps done, 
 
 
 def unseen(what: str, done: int, steps: int) -> None:
-    """Show nobody how far a `prepare` is."""
+    """Drop what a `prepare` tells of its progress; the default where no caller wants to show it."""
 
 
 class AgentView(Protocol):

@@ -91,7 +91,7 @@ def questions(file: str, text: str) -> Iterator[str]:
 
 @cache
 def _words() -> tuple[frozenset[str], frozenset[str], frozenset[str]]:
-    """Of all kinds: what a constant may name, the classes, and their names without the module."""
+    """Return the names that a constant may have, the classes, and their names without the module, of all kinds."""
     classes = frozenset[str]().union(*(kind.classes for kind in kinds()))
     return (frozenset[str]().union(*(kind.names | kind.attributes for kind in kinds())), classes,
             frozenset(name.rpartition(":")[2] for name in classes))

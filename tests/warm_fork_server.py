@@ -36,7 +36,7 @@ READ_AT_START: Final = ("PYTHON", "MARCONET")       # variables that a process m
 
 
 class Forked:
-    """What `subprocess.Popen` offers of a process, of one that the warm process has forked."""
+    """A process that the warm process has forked, with the methods of `subprocess.Popen` that a host uses."""
 
     def __init__(self, status: socket.socket) -> None:
         status.settimeout(ANSWER_WITHIN_S)

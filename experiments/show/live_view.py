@@ -60,7 +60,7 @@ def counting_view(console: Console, what: str, total: int, now_s: Callable[[], f
                   at_most: bool = False) -> Iterator[Count]:
     """Yield the function that the caller calls after each of `total` runs, and with 0 when the first ones begin.
 
-    If there are `at_most` so many runs, nobody knows how much time is left.
+    With `at_most` the caller may end after fewer than `total` runs, so the view shows no time left.
     """
     with _view(console, what, total, what) as (show, every_s):
         done, due_s, soon_s = 0, now_s() + every_s, now_s() + min(SOON_S, every_s - BAR_EVERY_S)

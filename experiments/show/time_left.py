@@ -9,7 +9,7 @@ from __future__ import annotations
 
 
 class TimeLeft:
-    """Of `total` work, estimated once `least` of it has been done since the mark."""
+    """Estimates the time left of `total` units of work, from when `least` of them have been done since the mark on."""
 
     def __init__(self, total: float, least: float) -> None:
         self._total, self._least = total, least

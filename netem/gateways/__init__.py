@@ -151,7 +151,7 @@ class Gateway:
         return {}
 
     def alone(self) -> str:
-        """Return what kept everybody outside from taking part so far, with a remedy; "" if somebody has."""
+        """Return that no program outside has spoken with the gateway so far, with its address; "" if one has."""
         return ""
 
     def close(self) -> None:

@@ -160,7 +160,7 @@ class Pace:
                 for name, gateway in self._by_name.items()}
 
     def alone(self) -> list[str]:
-        """Return a sentence for each gateway at which nobody outside has taken part."""
+        """Return a sentence for each gateway with which no program outside the run has spoken."""
         return [f"gateways.{name}: {why}" for name, gateway in self._by_name.items() if (why := gateway.alone())]
 
     def figures(self) -> dict[str, Any]:

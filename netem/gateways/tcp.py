@@ -157,7 +157,8 @@ class TcpGateway(StreamGateway):
     def alone(self) -> str:
         if self.connections or self._server is None:
             return ""
-        return f"nobody outside connected to {text_of(self.listening)}, so no frame found its way out"
+        return (f"no program outside the run connected to {text_of(self.listening)}, so the gateway sent no frame: "
+                "let one connect there")
 
     def close(self) -> None:
         super().close()

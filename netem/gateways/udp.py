@@ -157,8 +157,8 @@ class UdpGateway(Gateway):
     def alone(self) -> str:
         if self.received or self._constant is not None:
             return ""
-        return (f"nobody outside spoke to {text_of(self.listening)}, so no frame found its way out: send a datagram "
-                "there first, or name as `peer` who is to get the stream from the start")
+        return (f"no program outside the run sent a datagram to {text_of(self.listening)}, so the gateway sent no "
+                "frame: let one send there first, or give the address of one as `peer`")
 
     def close(self) -> None:
         self._socket.close()

@@ -147,6 +147,17 @@ def test_lateness_and_the_datagrams_of_a_gateway_can_be_expected(tmp_path: Path)
     assert summary.real_time["deliveries"]["events"] >= 10 + 11     # to the robot, and to the ground station
 
 
+def test_a_run_to_which_no_program_outside_has_spoken_says_so(tmp_path: Path):
+    (tmp_path / "echo_robot.py").write_text(ECHO)
+    (tmp_path / "outside.toml").write_text(SCENARIO.format(port=9).replace('peer = "127.0.0.1:9"\n', ""))
+
+    summary = run(load(tmp_path / "outside.toml", duration_s=0.05), host="inline", out=tmp_path / "run", report=False,
+                  real_time=True).summary
+
+    warning, = (warning for warning in summary.warnings if warning.startswith("gateways.ground: "))
+    assert "no program outside the run sent a datagram to 127.0.0.1:" in warning
+
+
 def test_lateness_of_a_run_in_virtual_time_does_not_hold_and_says_why(tmp_path: Path):
     scenario = load(find("output_sync"), duration_s=0.1, overrides=["expect={\"real_time.overruns\"={max=0}}"])
 

@@ -103,6 +103,15 @@ def _all(here: socket.socket, count: int) -> bytes:
     return found
 
 
+def test_it_tells_that_no_program_connected_unless_one_has_or_it_calls_by_itself(made, client):
+    alone, connected, calls = made(listen="127.0.0.1:0"), made(listen="127.0.0.1:0"), made(connect="127.0.0.1:9")
+    client(connected)
+
+    port = alone.gateway.listening[1]
+    assert alone.gateway.alone().startswith(f"no program outside the run connected to 127.0.0.1:{port}, so the gate")
+    assert connected.gateway.alone() == calls.gateway.alone() == ""
+
+
 def test_a_message_is_cut_to_what_the_medium_takes(made, client):
     heard = made(listen="127.0.0.1:0", longest_bytes=60)
     client(heard).sendall(bytes(range(200)))

@@ -258,7 +258,8 @@ def test_it_tells_that_nobody_spoke_unless_it_has_a_peer(client: Client, made: C
     spoken_to.gateway.receive(1)
 
     port = alone.gateway.listening[1]
-    assert alone.gateway.alone().startswith(f"nobody outside spoke to 127.0.0.1:{port}, so no frame found its way out:")
+    assert alone.gateway.alone().startswith(
+        f"no program outside the run sent a datagram to 127.0.0.1:{port}, so the gateway sent no frame: ")
     assert spoken_to.gateway.alone() == has_peer.gateway.alone() == ""
 
 
