@@ -50,6 +50,7 @@ from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways import Attends, Gateway, Tell
 from netem.gateways.pace import Pace
+from netem.gateways.awake import awake
 from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
 from netem.gateways.time_watch import SIGNALS, TimeWatch
@@ -244,7 +245,10 @@ class _Run:
             self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
             with ExitStack() as scheduled:
                 if self.schedules:
+                    processors = os.sched_getaffinity(0)
                     self.not_allowed = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
+                    if asleep := scheduled.enter_context(awake(processors)):
+                        self.not_allowed.append(asleep)
                 self.conductor.run()
             self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)

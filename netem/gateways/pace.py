@@ -43,8 +43,8 @@ from netem.wire.level import Level
 
 MOST_AT_ONCE: Final = 100           # messages that one wait takes from one gateway
 MOST_WHEN_OVERDUE: Final = 1        # the same if the instant is overdue; others wait in the system's buffer
-SPIN_NS: Final = 150_000            # the last part of a long wait, in which this thread polls instead of sleeping
-LONG_WAIT_NS: Final = 1_000_000     # shorter waits have no such part, so that polling takes 15 % of a core at most
+SPIN_NS: Final = 150_000            # the last part of a long wait, in which this thread reads the clock and nothing else
+LONG_WAIT_NS: Final = 1_000_000     # shorter waits have no such part, so that reading takes 15 % of a core at most
 EARLY: Final = "messages before the start"  # a counter
 FINEST_RATE: Final = 1_000_000      # largest denominator of the rate as a fraction
 
@@ -140,10 +140,14 @@ class Pace:
             wakes_ns, wall_ns = due_ns, time.monotonic_ns()
             if due_ns == self._awaited_ns or due_ns - wall_ns >= LONG_WAIT_NS:
                 self._awaited_ns, wakes_ns = due_ns, due_ns - SPIN_NS
-            spins = overdue or wall_ns >= wakes_ns
-            if not spins:
+                if wakes_ns <= wall_ns < due_ns:
+                    while time.monotonic_ns() < due_ns:
+                        pass
+                    continue
+            at_once = overdue or wall_ns >= wakes_ns
+            if not at_once:
                 self._timer.set(wakes_ns)
-            ready = self._selector.select(0 if spins else None)
+            ready = self._selector.select(0 if at_once else None)
             heard, called = self._attend_to(ready, MOST_WHEN_OVERDUE if overdue else MOST_AT_ONCE)
             reached = not called and self.now_ns() >= next_ns
             if reached:
