@@ -28,7 +28,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Final
 
@@ -37,6 +37,7 @@ import numpy as np
 from experiments.run.node_host import HostName
 from experiments.run.runner import run
 from experiments.scenario import load
+from netem.gateways.awake import awake
 from netem.gateways.real_time_process import in_real_time
 from netem.gateways.timer import Timer
 
@@ -123,6 +124,21 @@ for k in range(count):
 thread.join()
 print(*delays)
 """
+# Prints its port, takes datagrams until its input has a line, and prints their arrivals in ns.
+DRAIN: Final = """
+import select, socket, sys, time
+hear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+hear.bind(("127.0.0.1", 0))
+print(hear.getsockname()[1], flush=True)
+came_ns = []
+while True:
+    ready = select.select([hear, sys.stdin], [], [])[0]
+    if sys.stdin in ready:
+        break
+    hear.recv(65536)
+    came_ns.append(time.monotonic_ns())
+print(*came_ns)
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -136,12 +152,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     repeat = given.repeat
     for turn in range(repeat):
         print(f"--- turn {turn + 1} of {repeat}, load {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
-        for scheduling in ("usual", "SCHED_FIFO"):
+        for scheduling in ("usual", "SCHED_FIFO", "SCHED_FIFO awake"):
             for name, sleep in (("selector's time-out", _by_selector), ("select", _by_select), ("Timer", _by_timer)):
                 if scheduling == "usual":
                     late_ns = sleep(500, 1.3)
                 else:
-                    with in_real_time(20) as refused:
+                    processors = os.sched_getaffinity(0)
+                    with in_real_time(20) as refused, ExitStack() as stack:
+                        if scheduling.endswith("awake"):
+                            stack.enter_context(awake(processors))
                         late_ns = sleep(500, 1.3)
                     if any("scheduling" in why for why in refused):
                         continue
@@ -226,29 +245,21 @@ def _team(host: HostName) -> None:
 
 
 class Drain:
-    """A socket outside at `port` that takes what a gateway sends; `came_ns` are the arrivals by the monotonic clock."""
+    """A process outside with a socket at `port` that takes what a gateway sends.
+
+    Its arrivals by the monotonic clock are `came_ns`, once the `with` block has ended.
+    """
 
     def __enter__(self) -> Drain:
-        self.came_ns: list[int] = []
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self._socket.bind(("127.0.0.1", 0))
-        self._socket.settimeout(0.2)
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._take)
-        self._thread.start()
-        self.port = int(self._socket.getsockname()[1])
+        self._process = subprocess.Popen([sys.executable, "-c", DRAIN], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                         text=True)
+        assert self._process.stdout is not None
+        self.port = int(self._process.stdout.readline())
         return self
 
-    def _take(self) -> None:
-        while not self._over.is_set():
-            with suppress(TimeoutError):
-                self._socket.recv(65536)
-                self.came_ns.append(time.monotonic_ns())
-
     def __exit__(self, *exception: object) -> None:
-        self._over.set()
-        self._thread.join()
-        self._socket.close()
+        told, _ = self._process.communicate("over\n")
+        self.came_ns = [int(word) for word in told.split()]
 
 
 def _delay() -> None:

@@ -49,8 +49,8 @@ from netem.emulator.conductor import Conductor, Recorders
 from netem.emulator.world import RunWorld
 from netem.faults.schedule import Occurrence
 from netem.gateways import Attends, Gateway, Tell
-from netem.gateways.pace import Pace
 from netem.gateways.awake import awake
+from netem.gateways.pace import Pace
 from netem.gateways.real_time_process import EMULATOR_PRIORITY, NODE_PRIORITY, in_real_time
 from netem.gateways.table import GATEWAYS
 from netem.gateways.time_watch import SIGNALS, TimeWatch

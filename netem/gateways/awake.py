@@ -1,10 +1,10 @@
 """Keeps processors from idling, since one that has been idle wakes up late.
 
-An idle processor of a computer falls into sleep states, from which it returns after up to some 0.1 ms; that of a virtual
-machine is taken back by the host, which returns it after up to some ms. Linux grants any latency of the first kind:
-as long as a process holds `/dev/cpu_dma_latency` open with 0 in it, idle processors poll. A kernel that has no driver of
+An idle processor of a computer falls into sleep states, from which it returns after up to some 0.1 ms; that of a
+virtual machine is taken back by the host, which returns it after up to some ms. Against the first Linux offers a file:
+as long as a process holds `/dev/cpu_dma_latency` open with 0 in it, idle processors poll. A kernel without a driver of
 idle states, as in most virtual machines, heeds no such wish. There a thread for each processor spins, with the lowest
-of all priorities (SCHED_IDLE): it takes nothing from any other thread, and the host sees no idle processor.
+of all priorities (SCHED_IDLE): any other thread runs before it, and the host sees no idle processor.
 
 Source: Documentation/power/pm_qos_interface.rst and Documentation/admin-guide/pm/cpuidle.rst of Linux; sched(7).
 """
@@ -48,7 +48,7 @@ def awake(processors: set[int]) -> Iterator[str]:
 
 
 class Spinning:
-    """A thread for each of some processors that spins there with the lowest priority, without the interpreter's lock."""
+    """A thread on each of some processors that spins with the lowest priority, without the interpreter's lock."""
 
     def __init__(self, processors: set[int]) -> None:
         self._library = ctypes.CDLL(None)           # its calls release the interpreter's lock
@@ -58,7 +58,7 @@ class Spinning:
         self._threads: list[threading.Thread] = []
         for processor in sorted(processors):
             begun = threading.Event()
-            thread = threading.Thread(target=self._spin, args=(processor, begun), name=f"awake {processor}", daemon=True)
+            thread = threading.Thread(target=self._spin, args=(processor, begun), daemon=True)
             thread.start()
             self._threads.append(thread)
             begun.wait(MOST_S)

@@ -43,7 +43,7 @@ from netem.wire.level import Level
 
 MOST_AT_ONCE: Final = 100           # messages that one wait takes from one gateway
 MOST_WHEN_OVERDUE: Final = 1        # the same if the instant is overdue; others wait in the system's buffer
-SPIN_NS: Final = 150_000            # the last part of a long wait, in which this thread reads the clock and nothing else
+SPIN_NS: Final = 150_000            # the last part of a long wait, in which this thread only reads the clock
 LONG_WAIT_NS: Final = 1_000_000     # shorter waits have no such part, so that reading takes 15 % of a core at most
 EARLY: Final = "messages before the start"  # a counter
 FINEST_RATE: Final = 1_000_000      # largest denominator of the rate as a fraction

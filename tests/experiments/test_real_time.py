@@ -293,6 +293,20 @@ scheduling = "{wanted}"
     assert (counted["locked kB"] > 0) == (wanted == "real_time")
 
 
+@pytest.mark.parametrize(("wanted", "kept_awake"), [("real_time", True), ("usual", False)])
+def test_processors_are_kept_awake_unless_the_usual_scheduling_is_asked_for(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wanted: str, kept_awake: bool) -> None:
+    (tmp_path / "driver").write_text("acpi_idle\n")
+    monkeypatch.setattr("netem.gateways.awake.IDLE_DRIVER", tmp_path / "driver")
+    monkeypatch.setattr("netem.gateways.awake.LATENCY", tmp_path / "nowhere" / "latency")
+
+    ran = run(load(find("output_sync"), duration_s=0.05, overrides=[f'real_time.scheduling="{wanted}"']), host="inline",
+              out=tmp_path / "run", report=False, real_time=True)
+
+    told = [warning for warning in ran.summary.warnings if warning.startswith("idle processors sleep (No such file")]
+    assert len(told) == kept_awake
+
+
 def test_an_unknown_figure_of_real_time_is_refused_with_the_nearest(tmp_path: Path):
     with pytest.raises(ScenarioError, match=r"real_time\.lateness_p95_s: .*nearest: real_time\.lateness_p99_s"):
         load(find("output_sync"), overrides=["expect={\"real_time.lateness_p95_s\"={max=0}}"])

@@ -39,4 +39,4 @@ def _binned(histogram: Sequence[Sequence[int]]) -> Json:
 def _scheduling(told: Json) -> str:
     if told["scheduling"] == "usual":
         return "usual scheduling, as the scenario asks for"
-    return "; ".join(told["not_allowed"]) or "real-time scheduling (SCHED_FIFO), memory locked"
+    return "; ".join(told["not_allowed"]) or "real-time scheduling (SCHED_FIFO), memory locked, processors kept awake"
