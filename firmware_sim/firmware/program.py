@@ -23,7 +23,7 @@ from typing import Any, ClassVar, Final, Literal
 
 from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
-from firmware_sim.firmware.build import build_for_host
+from firmware_sim.firmware.build import FIRMWARE, build_for_host
 from firmware_sim.firmware.description import Firmware, Parameter, Signal, Variable
 from firmware_sim.firmware.errors import FirmwareError, FirmwareMistake
 from firmware_sim.firmware.host.library import (
@@ -65,7 +65,6 @@ class FirmwareProgram:
         self._board = board
         firmware = self.firmware
         self._timers: list[Any] = [None] * TIMERS       # a Timer, a number of `_delays`, None: not armed
-        self._rings = [partial(self._ring, number) for number in range(TIMERS)]
         self._delays = 0                                # number of delays armed so far
         self._send = [board.port(medium_of(port.name, firmware, board.ports), partial(self._receive, number),
                                  listen_only=port.listen_only).send for number, port in enumerate(firmware.ports)]
@@ -76,6 +75,7 @@ class FirmwareProgram:
         self._at, self._after = board.at, board.after
         self._library = library = self._load(parameters)
         self._bytes, self._run_timer, self._run_receive = library.bytes, library.timer, library.receive
+        self._rings = [_ring(number, self._timers, library.timer) for number in range(TIMERS)]
         board.at_end(self._library.close)
         for counter in firmware.counters:
             board.count(counter.name, 0)
@@ -90,8 +90,8 @@ class FirmwareProgram:
     def _load(self, parameters: Sequence[Sequence[float]]) -> Any:
         """Return the firmware as a Library, or as what a subclass runs it on, with the same functions."""
         return Library(build_for_host(self.folder), parameters, len(self.firmware.signals),
-                       self._board.clock_reading(), self._carry_out, self._answer, self.firmware.name,
-                       self._board.call_record)
+                       self._board.clock_reading(), self._carry_out, self._read, self._answer, self.firmware.name,
+                       self._board.call_record, ours=self.folder.parent == FIRMWARE)
 
     def _parameter_values(self, settings: Any) -> list[list[float]]:
         """Return the values of every parameter by its number."""
@@ -121,13 +121,10 @@ class FirmwareProgram:
 
     # --- what happens to the board
 
-    def _ring(self, timer: int) -> None:
-        self._timers[timer] = None
-        self._run_timer(timer)
-
     def _delay_over(self, timer: int, delay: int) -> None:
         if self._timers[timer] == delay:
-            self._ring(timer)
+            self._timers[timer] = None
+            self._run_timer(timer)
 
     def _receive(self, port: int, data: bytes) -> None:
         if len(data) > MAX_FRAME_BYTES:
@@ -150,7 +147,7 @@ class FirmwareProgram:
                 if integer < 0:
                     tell_frame_too_long(self._board, self.firmware.ports[number].name, -integer)
                 else:
-                    self._send[number](bytes(self._bytes[place:place + integer]))
+                    self._send[number](self._bytes[place:place + integer].tobytes())
             elif operation == SET_DELAY:
                 if self._timers[number] is not None:
                     self._disarm(number)
@@ -208,6 +205,15 @@ def firmware_class(firmware: Firmware, folder: Path, companion: Any = None,
     if (prepare := getattr(companion, "prepare", None)) is not None:
         members["prepare"] = staticmethod(prepare)
     return type(firmware.name, (target,), members)
+
+
+def _ring(timer: int, armed: list[Any], run: Callable[[int], None]) -> Callable[[], None]:
+    """Return what the board calls when `timer` rings."""
+    def ring() -> None:
+        armed[timer] = None
+        run(timer)
+
+    return ring
 
 
 def medium_of(port: str, firmware: Firmware, media: Sequence[str]) -> str:

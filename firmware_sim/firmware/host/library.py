@@ -26,9 +26,7 @@ _ACTIVATION: Final = struct.Struct("@qIIIi")     # now, id, length, calls, code
 _ASKED: Final = struct.Struct("@IIqd")          # question, id, integer, real
 _HEAD: Final = struct.Struct("@qIIIi IIqd PPP II")      # both, `ask` and the pointers to parameters, for C alone
 _CALL: Final = struct.Struct("@IIqqd")
-_CALL_BYTES: Final = _CALL.size
 _unpack_call, _unpack_calls = _CALL.unpack_from, _CALL.iter_unpack
-_ASK: Final = c.CFUNCTYPE(None)
 
 
 # Operation of marconet_host.c. Plain numbers: to compare members of an enumeration takes longer than most calls.
@@ -55,16 +53,18 @@ NO_VALUE: Final = -4            # BoardError of marconet_board.h
 
 class Library:
     """`carry_out(calls)` gets the calls of the firmware, `answer(question, id, integer, real)` those whose result the
-    firmware waits for; it returns the result, None for BOARD_NO_VALUE. `record` receives the function of the firmware
-    `name` that runs. `now` returns the local time.
+    firmware waits for; it returns the result, None for BOARD_NO_VALUE. `read[number]()` is the value of a sensor.
+    `record` receives the function of the firmware `name` that runs. `now` returns the local time. A firmware of `ours`
+    is trusted to return soon, and keeps the interpreter's lock meanwhile, as an FMU of ours does.
     """
 
     def __init__(self, file: Path, parameters: Sequence[Sequence[float]], signals: int, now: Callable[[], int],
-                 carry_out: Callable[[Iterable[Call]], None],
-                 answer: Callable[[int, int, int, float], float | None], name: str, record: CallRecord) -> None:
-        self._now, self._carry_out, self._answer_of = now, carry_out, answer
+                 carry_out: Callable[[Iterable[Call]], None], read: Sequence[Callable[[], float | None]],
+                 answer: Callable[[int, int, int, float], float | None], name: str, record: CallRecord, *,
+                 ours: bool) -> None:
+        self._now, self._carry_out, self._read, self._answer_of = now, carry_out, read, answer
         self._error: BaseException | None = None
-        library = _private_copy(file)
+        library = _private_copy(file, ours)
         self._handle: int = library._handle
         library.host_memory.restype = c.c_void_p
         base: int = library.host_memory()
@@ -76,6 +76,7 @@ class Library:
         self._count, self._code = memory[16:20].cast("I"), memory[20:24].cast("i")
         self._asked, self._asked_real = memory[_ACTIVATION.size:asked_end], memory[asked_end - 8:asked_end].cast("d")
         self._calls = memory[_HEAD.size:calls_end]
+        self._journals = [self._calls[:count * _CALL.size] for count in range(CALLS + 1)]   # of so many calls
         self.bytes = memory[calls_end:calls_end + BYTES]
         self.signals = memory[calls_end + BYTES:].cast("d")     # value of each signal
         # kept, as the library has their addresses
@@ -84,7 +85,7 @@ class Library:
         for row in parameters:
             ends.append(ends[-1] + len(row))
         self._first = (c.c_uint32 * len(ends))(*ends)
-        self._ask = _ASK(self._answer)
+        self._ask = (c.PYFUNCTYPE if ours else c.CFUNCTYPE)(None)(self._answer)
         struct.pack_into("@PPP", memory, asked_end, c.cast(self._ask, c.c_void_p).value, c.addressof(self._values),
                          c.addressof(self._first))
         self._word = record.call_word
@@ -105,7 +106,7 @@ class Library:
         code = self._code[0]
         if self._error is not None:
             self._raise()
-        self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
+        self._carry_out(_unpack_calls(self._journals[calls]))
         return code
 
     def timer(self, timer: int) -> None:
@@ -120,7 +121,7 @@ class Library:
         if calls == 1:                  # most activations have one; to iterate over it would take longer
             self._carry_out((_unpack_call(self._calls),))
         elif calls:
-            self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
+            self._carry_out(_unpack_calls(self._journals[calls]))
 
     def receive(self, port: int, data: bytes) -> None:
         """Call `board_receive`."""
@@ -135,7 +136,7 @@ class Library:
         if calls == 1:
             self._carry_out((_unpack_call(self._calls),))
         elif calls:
-            self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
+            self._carry_out(_unpack_calls(self._journals[calls]))
 
     def close(self) -> None:
         """Unload the library; nothing may be called afterwards."""
@@ -159,11 +160,14 @@ class Library:
             return
         try:
             if calls := self._count[0]:
-                self._carry_out(_unpack_calls(self._calls[:calls * _CALL_BYTES]))
+                self._carry_out(_unpack_calls(self._journals[calls]))
             question, number, integer, real = _ASKED.unpack_from(self._asked)
-            result = 0.0 if question == HAND_OVER else self._answer_of(question, number, integer, real)
-            if question == ADJUST_CLOCK:
-                self._clock[0] = self._now()
+            if question == SENSE:
+                result = self._read[number]()
+            else:
+                result = 0.0 if question == HAND_OVER else self._answer_of(question, number, integer, real)
+                if question == ADJUST_CLOCK:
+                    self._clock[0] = self._now()
         except BaseException as error:
             self._error = error
             return
@@ -174,12 +178,12 @@ class Library:
             self._code[0] = 0
 
 
-def _private_copy(file: Path) -> c.CDLL:
+def _private_copy(file: Path, ours: bool) -> c.CDLL:
     """Load a copy of the library, which has variables of its own; the file of the copy is gone afterwards."""
     handle, name = tempfile.mkstemp(prefix="marconet-", suffix=file.suffix)
     try:
         with os.fdopen(handle, "wb") as copy:
             copy.write(file.read_bytes())
-        return c.CDLL(name)
+        return (c.PyDLL if ours else c.CDLL)(name)
     finally:
         Path(name).unlink()
