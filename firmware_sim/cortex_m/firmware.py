@@ -7,7 +7,7 @@ All but the loading is that of a firmware on the host (`firmware/program.py`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Final
 
@@ -19,10 +19,10 @@ from firmware_sim.cortex_m.image import read_image
 from firmware_sim.cortex_m.machine import Ask
 from firmware_sim.cortex_m.new_machine import new_machine
 from firmware_sim.cortex_m.program import port_kind, unique_id
+from firmware_sim.firmware.board_calls import BoardCalls
 from firmware_sim.firmware.build import INCLUDE, header_options, sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
-from firmware_sim.firmware.host.library import Call
 from firmware_sim.firmware.program import FirmwareProgram, medium_of
 from fmus.errors import PlantError
 
@@ -57,27 +57,17 @@ class CortexFirmwareProgram(FirmwareProgram):
         return FirmwareMachine(self.image or build_for_cortex_m4(self.folder), self._board, parameters,
                                [medium_of(port.name, self.firmware, self._board.ports)
                                 for port in self.firmware.ports], len(self.firmware.signals),
-                               self._carry_out, self._answer, self._disarm_all, self._timers_armed, self.clock_hz,
-                               self.cycles_per_instruction)
-
-    def _disarm_all(self) -> None:
-        for timer in range(len(self._timers)):
-            self._disarm(timer)
-
-    def _timers_armed(self) -> bool:
-        return self._timers.count(None) < len(self._timers)
+                               self._calls, self.clock_hz, self.cycles_per_instruction)
 
 
 class FirmwareMachine:
     """One robot's firmware on an emulated Cortex-M4, with the methods that `Library` has for one on the host."""
 
     def __init__(self, file: Path, board: Board, parameters: Sequence[Sequence[float]], ports: Sequence[str],
-                 signals: int, carry_out: Callable[[Iterable[Call]], None],
-                 answer: Callable[[int, int, int, float], float | None], disarm_all: Callable[[], None],
-                 timers_armed: Callable[[], bool], clock_hz: int, cycles_per_instruction: float) -> None:
+                 signals: int, calls: BoardCalls, clock_hz: int, cycles_per_instruction: float) -> None:
         image = read_image(file)
-        self.carry_out = carry_out                  # an Ask up to MISTAKE is the host's operation
-        self._answer, self.disarm_all, self.timers_armed = answer, disarm_all, timers_armed
+        self.carry_out = calls.carry_out            # an Ask up to MISTAKE is the host's operation
+        self._answer, self.disarm_all, self.timers_armed = calls.answer, calls.disarm_all, calls.timers_armed
         self.signals: Any = [0.0] * (signals + 1)
         self._machine = new_machine(board, image, clock_hz, cycles_per_instruction,
                                     [port_kind(board, name) for name in ports], parameters, unique_id(board.name))

@@ -1,7 +1,7 @@
 """A firmware as a robot's program: what `marconet_board.h` promises, done with a `Board`.
 
-    Board --timers, ports--> FirmwareProgram --board_timer, board_receive--> firmware
-    firmware --Operation, Question--> FirmwareProgram --at, send, actuate--> Board
+    Board --timers, ports--> BoardCalls --board_timer, board_receive--> firmware
+    firmware --Operation, Question--> BoardCalls --at, send, actuate--> Board
 
 `firmware_class` makes the class of one firmware. Its `Settings` are the parameters that firmware.toml declares, its
 `check` compares what the firmware names with the scenario and builds it. The companion, a class of the firmware's
@@ -15,41 +15,21 @@ author, may have static methods
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, make_dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal
 
 from firmware_sim.board import Board
-from firmware_sim.board_timers import Timer
+from firmware_sim.firmware.board_calls import BoardCalls
 from firmware_sim.firmware.build import FIRMWARE, build_for_host
 from firmware_sim.firmware.description import Firmware, Parameter, Signal, Variable
 from firmware_sim.firmware.errors import FirmwareError, FirmwareMistake
-from firmware_sim.firmware.host.library import (
-    ACTUATE,
-    ADJUST_CLOCK,
-    CANCEL,
-    COUNT,
-    MISTAKE,
-    PROMISE,
-    SEND,
-    SENSE,
-    SET_DELAY,
-    SET_TIMER,
-    Call,
-    Library,
-)
-from firmware_sim.frame_too_long import tell_frame_too_long
+from firmware_sim.firmware.host.library import Library
+from firmware_sim.firmware.plant_variables import readers, writers
 from firmware_sim.scenario_view import Own, ScenarioView
-from fmus.errors import PlantError
-from netem.wire.level import Level
 
-MAX_FRAME_BYTES: Final = 2048       # BOARD_MAX_FRAME_BYTES of marconet_board.h, as all constants here
-TIMERS: Final = 32
-SILENT: Final = 1
-FIRM: Final = 1
-NOT_NOW: Final = -2
 TYPES: Final[Mapping[str, Any]] = {"float": float, "int": int, "bool": bool, "floats": list[float],
                                    "rows": list[list[float]]}
 
@@ -64,18 +44,13 @@ class FirmwareProgram:
     def __init__(self, board: Board, settings: Any) -> None:
         self._board = board
         firmware = self.firmware
-        self._timers: list[Any] = [None] * TIMERS       # a Timer, a number of `_delays`, None: not armed
-        self._delays = 0                                # number of delays armed so far
-        self._send = [board.port(medium_of(port.name, firmware, board.ports), partial(self._receive, number),
-                                 listen_only=port.listen_only).send for number, port in enumerate(firmware.ports)]
-        self._read = [read for row in firmware.sensors for read in _readers(board, row)]
-        self._write = [write for row in firmware.actuators for write in _writers(board, row)]
-        self._written = [0.0] * len(self._write)
+        self._read = [read for row in firmware.sensors for read in readers(board, row)]
+        write = [write for row in firmware.actuators for write in writers(board, row)]
+        self._calls = BoardCalls(board, firmware, [medium_of(port.name, firmware, board.ports)
+                                                   for port in firmware.ports], self._read, write)
         parameters = self._parameter_values(settings)
-        self._at, self._after = board.at, board.after
         self._library = library = self._load(parameters)
-        self._bytes, self._run_timer, self._run_receive = library.bytes, library.timer, library.receive
-        self._rings = [_ring(number, self._timers, library.timer) for number in range(TIMERS)]
+        self._calls.serve(library.timer, library.receive, library.bytes)
         board.at_end(self._library.close)
         for counter in firmware.counters:
             board.count(counter.name, 0)
@@ -90,8 +65,8 @@ class FirmwareProgram:
     def _load(self, parameters: Sequence[Sequence[float]]) -> Any:
         """Return the firmware as a Library, or as what a subclass runs it on, with the same functions."""
         return Library(build_for_host(self.folder), parameters, len(self.firmware.signals),
-                       self._board.clock_reading(), self._carry_out, self._read, self._answer, self.firmware.name,
-                       self._board.call_record, ours=self.folder.parent == FIRMWARE)
+                       self._board.clock_reading(), self._calls.carry_out, self._read, self._calls.answer,
+                       self.firmware.name, self._board.call_record, ours=self.folder.parent == FIRMWARE)
 
     def _parameter_values(self, settings: Any) -> list[list[float]]:
         """Return the values of every parameter by its number."""
@@ -116,73 +91,8 @@ class FirmwareProgram:
         first, _ = _place(rows, name)
         count = int(parameters[firmware.parameter_names.index(row.count)][0]) if row.count else 1
         for k in range(count):
-            read = self._read[first + k] if row.sensor else partial(self._written.__getitem__, first + k)
+            read = self._read[first + k] if row.sensor else partial(self._calls.written.__getitem__, first + k)
             yield f"{row.name}{k + 1 if count > 1 else ''}", row.unit, read
-
-    # --- what happens to the board
-
-    def _delay_over(self, timer: int, delay: int) -> None:
-        if self._timers[timer] == delay:
-            self._timers[timer] = None
-            self._run_timer(timer)
-
-    def _receive(self, port: int, data: bytes) -> None:
-        if len(data) > MAX_FRAME_BYTES:
-            self._board.count("frames too long for the firmware")
-            return
-        self._run_receive(port, data)
-
-    # --- what the firmware asks for
-
-    def _carry_out(self, calls: Iterable[Call]) -> None:
-        for operation, number, integer, place, real in calls:
-            if operation == ACTUATE:
-                self._written[number] = real
-                self._write[number]((real,))
-            elif operation == SET_TIMER:
-                if self._timers[number] is not None:
-                    self._disarm(number)
-                self._timers[number] = self._at(integer, self._rings[number], sends=not place & SILENT)
-            elif operation == SEND:
-                if integer < 0:
-                    tell_frame_too_long(self._board, self.firmware.ports[number].name, -integer)
-                else:
-                    self._send[number](self._bytes[place:place + integer].tobytes())
-            elif operation == SET_DELAY:
-                if self._timers[number] is not None:
-                    self._disarm(number)
-                self._delays += 1
-                self._timers[number] = self._delays
-                self._after(integer, partial(self._delay_over, number, self._delays), sends=not place & SILENT)
-            elif operation == COUNT:
-                self._board.count(self.firmware.counters[number].name, integer)
-            elif operation == CANCEL:
-                self._disarm(number)
-            elif operation == PROMISE:
-                (self._board.promise_firm if number & FIRM else self._board.promise_soft)(integer)
-            else:
-                self._tell(operation, number, bytes(self._bytes[place:place + integer]), int(real))
-
-    def _tell(self, operation: int, number: int, text: bytes, code: int) -> None:
-        """Record an event; raise FirmwareMistake for a mistake of the firmware."""
-        if operation == MISTAKE:
-            raise FirmwareMistake(f"{self._board.name}: {self.firmware.name} {_words(text.decode(), number, code)}")
-        event = self.firmware.events[number]
-        self._board.event(event.name, text.decode(errors="replace"),
-                          Level.WARNING if event.level == "warning" else Level.INFO)
-
-    def _answer(self, question: int, number: int, integer: int, real: float) -> float | None:
-        if question == SENSE:
-            return self._read[number]()
-        if question == ADJUST_CLOCK:
-            self._board.adjust_clock(integer, real)
-            return real
-        return float(self._board.rng.getrandbits(32))
-
-    def _disarm(self, timer: int) -> None:
-        armed, self._timers[timer] = self._timers[timer], None
-        if isinstance(armed, Timer):
-            armed.cancel()
 
 
 def firmware_class(firmware: Firmware, folder: Path, companion: Any = None,
@@ -205,15 +115,6 @@ def firmware_class(firmware: Firmware, folder: Path, companion: Any = None,
     if (prepare := getattr(companion, "prepare", None)) is not None:
         members["prepare"] = staticmethod(prepare)
     return type(firmware.name, (target,), members)
-
-
-def _ring(timer: int, armed: list[Any], run: Callable[[int], None]) -> Callable[[], None]:
-    """Return what the board calls when `timer` rings."""
-    def ring() -> None:
-        armed[timer] = None
-        run(timer)
-
-    return ring
 
 
 def medium_of(port: str, firmware: Firmware, media: Sequence[str]) -> str:
@@ -284,47 +185,3 @@ def _place(rows: Sequence[Variable], name: str) -> tuple[int, Variable]:
             return number, row
         number += len(row.variables)
     raise AssertionError(f"{name} was checked when firmware.toml was read")
-
-
-def _readers(board: Board, row: Variable) -> list[Callable[[], float | None]]:
-    """Return functions that read the entries of a sensor; those that the plant lacks give None."""
-    def reader(variable: str) -> Callable[[], float | None]:
-        read = board.sensors([variable], [row.unit or None]).read
-        return lambda: read()[0]
-
-    return [_no_value if made is None else made for made in _made(row, reader)]
-
-
-def _writers(board: Board, row: Variable) -> list[Callable[[tuple[float]], object]]:
-    """Return functions that set the entries of an actuator; those that the plant lacks have no effect."""
-    def writer(variable: str) -> Callable[[tuple[float]], object]:
-        return board.actuators([variable], [row.unit or None]).write
-
-    return [_no_effect if made is None else made for made in _made(row, writer)]
-
-
-def _made(row: Variable, make: Callable[[str], Any]) -> Iterator[Any]:
-    for number, variable in enumerate(row.variables):
-        try:
-            yield make(variable)
-        except PlantError:
-            if number == 0:
-                raise
-            yield None
-
-
-def _no_value() -> None:
-    return None
-
-
-def _no_effect(values: tuple[float]) -> None:
-    return None
-
-
-def _words(function: str, number: int, code: int) -> str:
-    if code == NOT_NOW:
-        return (f"called {function}({number}) within board_start: a board sends nothing before it runs; arm a timer "
-                "for board_now() and send from board_timer")
-    if "timer" in function or "delay" in function:
-        return f"called {function}({number}): timers are numbered 0 to {TIMERS - 1}, BOARD_TIMERS - 1"
-    return f"called {function}({number}): no such number in board_ids.h; add a row to firmware.toml"

@@ -24,7 +24,7 @@ CALLS: Final = 256              # as in marconet_host.c, like all of the layout 
 BYTES: Final = 16384
 _ACTIVATION: Final = struct.Struct("@qIIIi")     # now, id, length, calls, code
 _ASKED: Final = struct.Struct("@IIqd")          # question, id, integer, real
-_HEAD: Final = struct.Struct("@qIIIi IIqd PPP II")      # both, `ask` and the pointers to parameters, for C alone
+_HEAD: Final = struct.Struct("@qIIIi IIqd PPP Pqqqq II")    # both, `ask`, the pointers and what runs, for C alone
 _CALL: Final = struct.Struct("@IIqqd")
 _unpack_call, _unpack_calls = _CALL.unpack_from, _CALL.iter_unpack
 
@@ -86,12 +86,11 @@ class Library:
             ends.append(ends[-1] + len(row))
         self._first = (c.c_uint32 * len(ends))(*ends)
         self._ask = (c.PYFUNCTYPE if ours else c.CFUNCTYPE)(None)(self._answer)
-        struct.pack_into("@PPP", memory, asked_end, c.cast(self._ask, c.c_void_p).value, c.addressof(self._values),
-                         c.addressof(self._first))
-        self._word = record.call_word
-        self._starting, self._ringing, self._receiving = (
-            record.place(f"{function} of firmware {name}")
-            for function in ("board_start", "board_timer", "board_receive"))
+        struct.pack_into("@PPPPqqq", memory, asked_end, c.cast(self._ask, c.c_void_p).value,
+                         c.addressof(self._values), c.addressof(self._first), _address(record.call_word),
+                         *(record.place(f"{function} of firmware {name}")
+                           for function in ("board_start", "board_timer", "board_receive")))
+        self._word = record.call_word               # kept, as the library has its address
         # no prototypes: to convert arguments takes longer than most calls (docs/decisions/0002)
         self._start: Callable[[], int] = library.host_start
         self._timer: Callable[[], int] = library.host_timer
@@ -100,9 +99,7 @@ class Library:
     def start(self) -> int:
         """Call `board_start`; return its result."""
         self._clock[0] = self._now()
-        self._running = self._word[0] = self._starting
         calls = self._start()
-        self._word[0] = 0
         code = self._code[0]
         if self._error is not None:
             self._raise()
@@ -113,9 +110,7 @@ class Library:
         """Call `board_timer`."""
         self._clock[0] = self._now()
         self._ids[0] = timer
-        self._running = self._word[0] = self._ringing
         calls = self._timer()
-        self._word[0] = 0
         if self._error is not None:
             self._raise()
         if calls == 1:                  # most activations have one; to iterate over it would take longer
@@ -128,9 +123,7 @@ class Library:
         self._clock[0] = self._now()
         self._ids[0] = port
         self._lengths[0] = len(data)
-        self._running = self._word[0] = self._receiving
         calls = self._receive(data)
-        self._word[0] = 0
         if self._error is not None:
             self._raise()
         if calls == 1:
@@ -171,11 +164,14 @@ class Library:
         except BaseException as error:
             self._error = error
             return
-        finally:
-            self._word[0] = self._running       # a plant that was stepped has noted its own calls
         if result is not None:
             self._asked_real[0] = result
             self._code[0] = 0
+
+
+def _address(word: memoryview) -> int:
+    """Return the address of an integer that can be written to."""
+    return c.addressof(c.c_char.from_buffer(word))
 
 
 def _private_copy(file: Path, ours: bool) -> c.CDLL:

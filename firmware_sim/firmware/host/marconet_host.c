@@ -39,6 +39,11 @@ static struct {
     void (*ask)(void);              /* answers the question */
     const double *values;           /* of all parameters, one after the other */
     const uint32_t *first;          /* place of a parameter's first value; the last entry is the end */
+    volatile int64_t *runs;         /* tells who watches the process what runs: one of the next three, else 0 */
+    int64_t starting_runs;
+    int64_t timer_runs;
+    int64_t receive_runs;
+    int64_t now_runs;               /* what `runs` is to say after a question */
     uint32_t bytes_used;
     uint32_t starting;
     Call call[CALLS];
@@ -53,28 +58,40 @@ BOARD_EXPORT int host_receive(const uint8_t *data);
 
 void *host_memory(void) { return &host; }
 
-int host_start(void)
+static void begin(int64_t runs)
 {
     host.calls = host.bytes_used = 0;
+    *host.runs = host.now_runs = runs;
+}
+
+static int end(void)
+{
+    *host.runs = 0;
+    return (int)host.calls;
+}
+
+int host_start(void)
+{
+    begin(host.starting_runs);
     host.starting = 1;
     const int32_t code = board_start();
     host.starting = 0;
     host.code = code;
-    return (int)host.calls;
+    return end();
 }
 
 int host_timer(void)
 {
-    host.calls = host.bytes_used = 0;
+    begin(host.timer_runs);
     board_timer(host.id);
-    return (int)host.calls;
+    return end();
 }
 
 int host_receive(const uint8_t *data)
 {
-    host.calls = host.bytes_used = 0;
+    begin(host.receive_runs);
     board_receive(host.id, data, host.length);
-    return (int)host.calls;
+    return end();
 }
 
 /* --- the journal of calls */
@@ -86,6 +103,7 @@ static int32_t ask(Question question, uint32_t id, int64_t integer, double *real
     host.asked_integer = integer;
     host.asked_real = *real;
     host.ask();                                     /* it carries out the calls so far */
+    *host.runs = host.now_runs;                     /* a plant that was stepped has noted its own calls */
     host.calls = host.bytes_used = 0;
     if (host.code == BOARD_OK) {
         *real = host.asked_real;
