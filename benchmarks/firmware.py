@@ -1,9 +1,10 @@
 """Measures robots in C beside robots in Python, as ratios: output_sync and output_sync_reference, inline.
 
-    python -m benchmarks.firmware [RUNS [SECONDS]]
+    python -m benchmarks.firmware [PAIRS [SECONDS]]
 
-The two alternate. The ratio is that of the least processor times of the emulator's process from the first grant to the
-finished ledger, more than 1 if the robots in C are faster; a run that is disturbed takes longer, never less.
+A pair is Python, C, C, Python: its ratio is that of the processor times of the emulator's process from the first grant
+to the finished ledger, more than 1 if the robots in C are faster. Told are the median and all of the pairs, as the
+machine may change its speed within seconds. Only pairs of one kind of code (`marconet compile`) can be compared.
 """
 
 from __future__ import annotations
@@ -11,7 +12,9 @@ from __future__ import annotations
 import sys
 import tempfile
 from pathlib import Path
+from statistics import median
 
+from experiments import CODE
 from experiments.run.runner import run
 from experiments.scenario import load
 
@@ -27,17 +30,18 @@ def once(name: str, overrides: list[str], duration_s: float) -> tuple[float, str
     return summary.processor_s, summary.ledger_hash
 
 
-def main(runs: int, duration_s: float) -> None:
+def main(pairs: int, duration_s: float) -> None:
     for name in ("output_sync", "output_sync_reference"):
-        found: dict[str, list[tuple[float, str]]] = {"Python": [], "C": []}
-        for _ in range(runs):
-            for language, overrides in (("Python", []), ("C", IN_C)):
-                found[language].append(once(name, overrides, duration_s))
-        python_s, c_s = (min(processor_s for processor_s, _ in found[language]) for language in ("Python", "C"))
-        hashes = {ledger for times in found.values() for _, ledger in times}
-        print(f"{name}, {duration_s:g} s, {runs} runs each: Python {python_s:.3f} s, C {c_s:.3f} s of processor time, "
-              f"ratio {python_s / c_s:.2f}, {len(hashes)} ledger hash")
+        ratios: list[float] = []
+        hashes: set[str] = set()
+        for _ in range(pairs):
+            found = [once(name, overrides, duration_s) for overrides in ([], IN_C, IN_C, [])]
+            (first_s, *c_s, last_s), ledgers = zip(*found, strict=True)
+            ratios.append((first_s + last_s) / sum(c_s))
+            hashes.update(ledgers)
+        print(f"{name}, {duration_s:g} s, {CODE.partition(':')[0]}: ratio {median(ratios):.2f} in the median, pairs "
+              f"{', '.join(f'{ratio:.2f}' for ratio in sorted(ratios))}, {len(hashes)} ledger hash")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10, float(sys.argv[2]) if len(sys.argv) > 2 else 2.0)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 8, float(sys.argv[2]) if len(sys.argv) > 2 else 2.0)
