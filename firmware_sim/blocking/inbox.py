@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
+from firmware_sim.blocking.program import BlockingProgram
+from firmware_sim.blocking.program_thread import ProgramThread
 from netem.wire.instants import NEVER_NS
-
-if TYPE_CHECKING:
-    from firmware_sim.blocking.program import BlockingProgram
-    from firmware_sim.blocking.program_thread import ProgramThread
 
 T = TypeVar("T")
 

@@ -165,7 +165,7 @@ def library_in_virtual_time(*, everywhere: bool = False) -> Iterator[None]:
     pools: Any = concurrent.futures.thread
     lock = pools._global_shutdown_lock
     with _replacements.in_place(everywhere=everywhere):
-        pools._global_shutdown_lock = LockByThread(lock)
+        pools._global_shutdown_lock = LockByThread(lock, "concurrent.futures.thread")
         try:
             yield
         finally:

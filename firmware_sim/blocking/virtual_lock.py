@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import deque
 from types import TracebackType
 from typing import Any
-from weakref import WeakKeyDictionary
 
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.program_thread import ProgramThread
@@ -83,15 +82,15 @@ class VirtualLock:
 
 
 class LockByThread:
-    """A lock of a module that all programs of a process share: one for each program, and `real` for other threads."""
+    """The lock `name` that all programs of a process share: one for each program, and `real` for other threads."""
 
-    def __init__(self, real: Any) -> None:
+    def __init__(self, real: Any, name: str) -> None:
         self._real = real
-        self._virtual: WeakKeyDictionary[Any, VirtualLock] = WeakKeyDictionary()
+        self._key = "lock", name
 
     def _of_this_thread(self) -> Any:
         program = running()
-        return self._real if program is None else self._virtual.setdefault(program, VirtualLock())
+        return self._real if program is None else program.shared.setdefault(self._key, VirtualLock())
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         return bool(self._of_this_thread().acquire(blocking, timeout))

@@ -80,6 +80,6 @@ def robots(caplog: pytest.LogCaptureFixture) -> Iterator[Robots]:
         finally:
             for program in found.programs:
                 program.finish()
-                for channel in program.shared.values():
-                    for bus in list(channel.buses):
+                for (kind, _), channel in program.shared.items():
+                    for bus in list(channel.buses) if kind == "can" else ():
                         bus.shutdown()
