@@ -5,6 +5,9 @@
 Bus: virtual time of the last frame's arrival. Wall: from the first grant to the last report of the run. Processor: of
 all processes of the run, with loading and start. Medians of the repeated runs. With block size 0 the receiver never
 slows the sender down, so its controller's queue has room for all frames. Needs `pip install 'marconet[clients]'`.
+
+The host "virtual" is no run: the same two stacks in two threads on python-can's bus of this name, as fast as they can.
+It tells how much of the wall time is can-isotp's own, and how fast this machine is at the moment.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from __future__ import annotations
 import argparse
 import os
 import tempfile
+import time
 from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
@@ -85,6 +89,23 @@ def measured(size: int, bit_rate: int, blocksize: int, host: HostName) -> Figure
     return Figures(arrivals_ns.max() / 1e9, summary.wall_s, processor_s() - before_s, summary.ledger_hash)
 
 
+def alone(size: int, blocksize: int) -> tuple[float, float]:
+    """Return wall and processor seconds of the message on python-can's virtual bus."""
+    with can.Bus(interface="virtual", channel="isotp") as ours, can.Bus(interface="virtual", channel="isotp") as theirs:
+        sender = stack_on(ours, TO_TESTER, TO_ECU, blocksize)
+        receiver = stack_on(theirs, TO_ECU, TO_TESTER, blocksize)
+        receiver.start()
+        sender.start()
+        began_s, before_s = time.monotonic(), time.process_time()
+        sender.send(bytes(k & 0xFF for k in range(size)))
+        received = receiver.recv(block=True, timeout=600.0)
+        took = time.monotonic() - began_s, time.process_time() - before_s
+        sender.stop()
+        receiver.stop()
+    assert len(received or b"") == size, f"virtual, blocksize {blocksize}: the message did not arrive"
+    return took
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bytes", type=int, default=100_000)
@@ -96,6 +117,9 @@ def main() -> None:
     table = Table("blocksize", "host", "bus s", "wall s", "processor s", "faster than the bus", "hash", title=about)
     hosts: tuple[HostName, ...] = ("inline", "process")
     for blocksize in options.blocksize:
+        found = [alone(options.bytes, blocksize) for _ in range(options.repeats)]
+        table.add_row(str(blocksize), "virtual", "", *(f"{median(column):.2f}" for column in zip(*found, strict=True)),
+                      "", "")
         for host in hosts:
             runs = [measured(options.bytes, options.bit_rate, blocksize, host) for _ in range(options.repeats)]
             wall_s, used_s = median(each.wall_s for each in runs), median(each.processor_s for each in runs)

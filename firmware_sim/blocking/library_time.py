@@ -46,25 +46,15 @@ def _time_ns(program: BlockingProgram) -> int:
     return program.board.now_ns
 
 
-def _monotonic_ns(program: BlockingProgram) -> int:
-    program.note_call()
-    return program.oscillator.now_ns()
-
-
 def _time(program: BlockingProgram) -> float:
     program.note_call()
     return program.board.now_ns / 1e9
 
 
-def _monotonic(program: BlockingProgram) -> float:
-    program.note_call()
-    return program.oscillator.now_ns() / 1e9
-
-
 def _clock_gettime_ns(program: BlockingProgram, clock: int) -> int:
     if clock in TIME_OF_DAY:
         return _time_ns(program)
-    return _monotonic_ns(program) if clock in SINCE_START else _clock_gettime_really(clock)
+    return program.monotonic_ns() if clock in SINCE_START else _clock_gettime_really(clock)
 
 
 def _clock_gettime(program: BlockingProgram, clock: int) -> float:
@@ -132,13 +122,13 @@ REPLACED: Final[list[Replacement]] = [
     (time, "sleep", _sleep),
     (time, "time", _time),
     (time, "time_ns", _time_ns),
-    (time, "monotonic", _monotonic),
-    (time, "monotonic_ns", _monotonic_ns),
-    (time, "perf_counter", _monotonic),
-    (time, "perf_counter_ns", _monotonic_ns),
+    (time, "monotonic", BlockingProgram.monotonic_s),
+    (time, "monotonic_ns", BlockingProgram.monotonic_ns),
+    (time, "perf_counter", BlockingProgram.monotonic_s),
+    (time, "perf_counter_ns", BlockingProgram.monotonic_ns),
     (time, "clock_gettime", _clock_gettime),
     (time, "clock_gettime_ns", _clock_gettime_ns),
-    (threading, "_time", _monotonic),
+    (threading, "_time", BlockingProgram.monotonic_s),
     (threading, "Lock", _lock),
     (threading, "_allocate_lock", _lock),
     (threading, "RLock", _rlock),
@@ -147,7 +137,7 @@ REPLACED: Final[list[Replacement]] = [
     (threading.Thread, "is_alive", _is_alive),
     (threading, "excepthook", _excepthook),
     (threading, "main_thread", _main_thread),
-    (queue, "time", _monotonic),
+    (queue, "time", BlockingProgram.monotonic_s),
     (queue, "SimpleQueue", _simple_queue),
     (signal, "signal", _signal),
     *POLLS,

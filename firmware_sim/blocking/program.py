@@ -209,6 +209,15 @@ class BlockingProgram:
             while self._wait(until_ns, hears=False):
                 pass
 
+    def monotonic_ns(self) -> int:
+        """Read the node's oscillator, as a program that asks for the time does: counted as a call."""
+        self.note_call()
+        return self.oscillator.now_ns()
+
+    def monotonic_s(self) -> float:
+        self.note_call()
+        return self.oscillator.now_ns() / 1e9
+
     def repeat(self, period_ns: int, duration_ns: int | None, action: Callable[[], None]) -> Repeating:
         """Call `action` now and every `period_ns` from now on, in the node's thread: it must not block."""
         return Repeating(self, period_ns, duration_ns, action)

@@ -13,6 +13,7 @@ import sysconfig
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import wraps
+from inspect import signature
 from types import ModuleType
 from typing import Any, Final
 
@@ -85,6 +86,14 @@ class Replacements:
 
 def by_thread(virtual: Callable[..., Any], real: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function that calls `virtual` in threads of blocking programs, `real` in all others."""
+    if len(signature(virtual).parameters) == 1:         # the program alone: clocks, which are read most of all
+        @wraps(real)
+        def either_without_arguments() -> Any:
+            program = OF_THIS_THREAD.program
+            return real() if program is None else virtual(program)
+
+        return either_without_arguments
+
     @wraps(real)
     def either(*args: Any, **kwargs: Any) -> Any:
         program = OF_THIS_THREAD.program
