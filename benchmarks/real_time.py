@@ -157,12 +157,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 if scheduling == "usual":
                     late_ns = sleep(500, 1.3)
                 else:
-                    processors = os.sched_getaffinity(0)
-                    with in_real_time(20) as refused, ExitStack() as stack:
-                        if scheduling.endswith("awake"):
-                            stack.enter_context(awake(processors))
+                    with ExitStack() as stack:
+                        asleep = stack.enter_context(awake()) if scheduling.endswith("awake") else ""
+                        refused = stack.enter_context(in_real_time(20))
                         late_ns = sleep(500, 1.3)
-                    if any("scheduling" in why for why in refused):
+                    if asleep or any("scheduling" in why for why in refused):
                         continue
                 _print(f"wait of 1.3 ms, {scheduling}, {name}", late_ns)
         for host in HOSTS:

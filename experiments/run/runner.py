@@ -219,7 +219,7 @@ class _Run:
         self.closed_doors = [] if scenario.network.faults_port is None or real_time or view is not None else [
             f"network.faults_port={scenario.network.faults_port}: is not open: a run in virtual time takes faults only "
             "with --view; start it with --view or --real-time to inject some"]
-        self.not_allowed: list[str] = []            # of real-time scheduling and locked memory
+        self.not_allowed: list[str] = []            # of real-time scheduling, locked memory and processors kept awake
         self.started_s = self.ended_s = command_s
         self.started_processor_s = self.processor_s = 0.0
         self.kept_s = command_s
@@ -242,15 +242,14 @@ class _Run:
             self.conductor.admit(hellos, self.network.media)
             world = self._plan_faults()
             self._take_from_outside(world)
-            self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
             with ExitStack() as scheduled:
-                if self.schedules:
-                    processors = os.sched_getaffinity(0)
-                    self.not_allowed = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
-                    if asleep := scheduled.enter_context(awake(processors)):
-                        self.not_allowed.append(asleep)
+                if self.schedules:          # `awake` first: its process may use every processor, and has no priority
+                    asleep = scheduled.enter_context(awake())
+                    refused = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
+                    self.not_allowed = [why for why in (*refused, asleep) if why]
+                self.started_s, self.started_processor_s = time.monotonic(), time.process_time()
                 self.conductor.run()
-            self.ended_s = time.monotonic()
+                self.ended_s = time.monotonic()
             self.network.finish(self.conductor.end_ns)
             if self.conductor.ended_by:
                 self.feed.event(Event(self.conductor.end_ns, self.conductor.ended_by, "run ended",

@@ -82,7 +82,7 @@ class VirtualLock:
 
 
 class LockByThread:
-    """The lock `name` that all programs of a process share: one for each program, and `real` for other threads."""
+    """Stands for a module's lock `name`: each program gets a lock of its own, other threads get `real`."""
 
     def __init__(self, real: Any, name: str) -> None:
         self._real = real

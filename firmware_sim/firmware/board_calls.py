@@ -94,7 +94,10 @@ class BoardCalls:
                 self._tell(operation, number, bytes(self._bytes[place:place + integer]), int(real))
 
     def answer(self, question: int, number: int, integer: int, real: float) -> float | None:
-        """Return the answer to a question of the firmware; None if the plant has no such value."""
+        """Return the answer to a question of the firmware; None if the plant has no such value.
+
+        A Library answers SENSE itself, from `read`.
+        """
         if question == SENSE:
             return self._read[number]()
         if question == ADJUST_CLOCK:

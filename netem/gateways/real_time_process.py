@@ -1,12 +1,8 @@
-"""Real-time scheduling (SCHED_FIFO), locked memory and a processor of its own for a process, where they are allowed.
+"""Real-time scheduling (SCHED_FIFO) and locked memory for a process, where the machine allows them.
 
 A thread of SCHED_FIFO runs before all usual threads and wakes up without timer slack; locked pages are never written to
 disk. Both are asked for every thread that the process has; threads that these start later inherit the scheduling.
 The emulator has a higher priority than the nodes, so a node whose code never ends cannot keep it from ending the run.
-
-The emulator's own thread stays on one processor. Linux leaves a usual program, as a ground station, on the processor
-where it ran last, even if a thread of SCHED_FIFO is at work there; as long as that thread moves about, every program
-waits for it now and then.
 
 Source: sched(7), mlockall(2); MCL_ONFAULT since Linux 4.4.
 """
@@ -56,24 +52,16 @@ def lock_memory() -> str:
 
 @contextmanager
 def in_real_time(priority: int) -> Iterator[list[str]]:
-    """Schedule this process in real time, lock its memory, and keep this thread on the last of its processors.
-
-    All three end with the `with` block, which gets what was not allowed.
-    """
+    """Schedule this process in real time and lock its memory during the `with` block; yields what was not allowed."""
     before = {thread: (os.sched_getscheduler(thread), os.sched_getparam(thread)) for thread in _threads()}
-    processors = os.sched_getaffinity(0)
     refused = [why for why in (schedule_in_real_time(priority), lock_memory()) if why]
-    os.sched_setaffinity(0, {max(processors)})
     try:
         yield refused
     finally:
-        os.sched_setaffinity(0, processors)
         for thread in _threads():               # those started meanwhile get what threads usually have
             policy, parameter = before.get(thread, (os.SCHED_OTHER, os.sched_param(0)))
             with suppress(OSError):
                 os.sched_setscheduler(thread, policy, parameter)
-                if thread not in before:
-                    os.sched_setaffinity(thread, processors)
         ctypes.CDLL(None).munlockall()
 
 

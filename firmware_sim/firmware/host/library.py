@@ -53,7 +53,8 @@ NO_VALUE: Final = -4            # BoardError of marconet_board.h
 
 class Library:
     """`carry_out(calls)` gets the calls of the firmware, `answer(question, id, integer, real)` those whose result the
-    firmware waits for; it returns the result, None for BOARD_NO_VALUE. `read[number]()` is the value of a sensor.
+    firmware waits for, except SENSE; it returns the result, None for BOARD_NO_VALUE. `read[number]()` is the value of a
+    sensor.
     `record` receives the function of the firmware `name` that runs. `now` returns the local time. A firmware of `ours`
     is trusted to return soon, and keeps the interpreter's lock meanwhile, as an FMU of ours does.
     """

@@ -39,7 +39,7 @@ static struct {
     void (*ask)(void);              /* answers the question */
     const double *values;           /* of all parameters, one after the other */
     const uint32_t *first;          /* place of a parameter's first value; the last entry is the end */
-    volatile int64_t *runs;         /* tells who watches the process what runs: one of the next three, else 0 */
+    volatile int64_t *runs;         /* read by a watching process: the function that runs, as below, 0 between calls */
     int64_t starting_runs;
     int64_t timer_runs;
     int64_t receive_runs;

@@ -40,21 +40,6 @@ def test_every_thread_is_scheduled_in_real_time_and_as_before_afterwards() -> No
     assert locked_kb() == 0
 
 
-def test_this_thread_stays_on_the_last_processor_and_threads_started_meanwhile_are_free_afterwards() -> None:
-    processors, over = os.sched_getaffinity(0), threading.Event()
-
-    with in_real_time(5):
-        within = os.sched_getaffinity(0)
-        thread = threading.Thread(target=over.wait)
-        thread.start()
-    afterwards = os.sched_getaffinity(0), os.sched_getaffinity(thread.native_id or 0)
-    over.set()
-    thread.join()
-
-    assert within == {max(processors)}
-    assert afterwards == (processors, processors)
-
-
 @pytest.mark.skipif(shutil.which("setpriv") is None or os.geteuid() != 0, reason="needs root and setpriv")
 def test_without_the_rights_both_are_refused_with_what_would_allow_them() -> None:
     without = ["setpriv", "--bounding-set=-sys_nice,-ipc_lock", "--inh-caps=-sys_nice,-ipc_lock"]
