@@ -243,7 +243,7 @@ class _Run:
             world = self._plan_faults()
             self._take_from_outside(world)
             with ExitStack() as scheduled:
-                if self.schedules:          # `awake` first: its process may use every processor, and has no priority
+                if self.schedules:          # `awake` first: its process would inherit the priority
                     asleep = scheduled.enter_context(awake())
                     refused = scheduled.enter_context(in_real_time(EMULATOR_PRIORITY))
                     self.not_allowed = [why for why in (*refused, asleep) if why]

@@ -76,9 +76,11 @@ def _spinning(processors: set[int]) -> Iterator[str]:
     assert process.stdout is not None
     assert process.stdin is not None
     try:
-        told = os.read(process.stdout.fileno(), 1000).decode().strip() if select.select(
-            [process.stdout], [], [], MOST_S)[0] else f"{PROGRAM.name} is not ready after {MOST_S:g} s"
-        yield "" if told == "spins" else f"idle processors sleep ({told or f'{PROGRAM.name} ended'})"
+        if select.select([process.stdout], [], [], MOST_S)[0]:
+            told = os.read(process.stdout.fileno(), 1000).decode().strip() or f"{PROGRAM.name} ended"
+        else:
+            told = f"{PROGRAM.name} is not ready after {MOST_S:g} s"
+        yield "" if told == "spins" else f"idle processors sleep ({told})"
     finally:
         process.stdout.close()
         process.stdin.close()

@@ -52,11 +52,11 @@ NO_VALUE: Final = -4            # BoardError of marconet_board.h
 
 
 class Library:
-    """`carry_out(calls)` gets the calls of the firmware, `answer(question, id, integer, real)` those whose result the
-    firmware waits for, except SENSE; it returns the result, None for BOARD_NO_VALUE. `read[number]()` is the value of a
-    sensor.
-    `record` receives the function of the firmware `name` that runs. `now` returns the local time. A firmware of `ours`
-    is trusted to return soon, and keeps the interpreter's lock meanwhile, as an FMU of ours does.
+    """`carry_out(calls)` gets the calls of the firmware. Those whose result the firmware waits for go to
+    `read[number]()` for a sensor, else to `answer(question, id, integer, real)`; both return None for BOARD_NO_VALUE.
+
+    `record` receives the function of the firmware `name` that runs. `now` returns the local time [ns]. A firmware of
+    `ours` is trusted to return soon and keeps the interpreter's lock meanwhile, as an FMU of ours does.
     """
 
     def __init__(self, file: Path, parameters: Sequence[Sequence[float]], signals: int, now: Callable[[], int],

@@ -125,12 +125,13 @@ def test_a_program_of_another_session_gets_the_processor() -> None:
             began_s = time.monotonic()
             busy = subprocess.run([sys.executable, "-c", BUSY], start_new_session=True, capture_output=True, text=True,
                                   check=True)
-            load = os.getloadavg()[0]
+            took_s, load = time.monotonic() - began_s, os.getloadavg()[0]
     finally:
         os.sched_setaffinity(0, processors)
 
-    if load < 1.5 and time.monotonic() - began_s < 1.2:     # else others take the processor, too
-        assert float(busy.stdout) > 0.45                # half of 0.6 s in the session of the run
+    if load >= 1.5 or took_s >= 1.2:
+        pytest.skip(f"other programs take the processor, too: load {load:.1f}")
+    assert float(busy.stdout) > 0.45            # it got 0.3 of its 0.6 s while the run's own session spun
 
 
 def test_a_kernel_with_idle_states_is_asked_for_a_latency_of_0(a_driver: Path) -> None:
