@@ -21,6 +21,8 @@ from fmus.build import find_compiler
 from fmus.cache import damage_in, kept
 
 NEEDED: Final = ("mypyc", "setuptools")
+MOST_ERRORS: Final = 20           # of those that a failed translation tells
+MOST_CHARACTERS: Final = 4000     # of an output without one
 
 
 class CannotCompile(Exception):
@@ -51,6 +53,12 @@ def _compile(draft: Path, asked_for: Path) -> None:
     done = subprocess.run(command, cwd=ROOT, env=environment, text=True, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, check=False)
     if done.returncode:
-        raise CannotCompile(f"compiling failed (exit code {done.returncode}):\n{done.stdout[-4000:]}")
+        raise CannotCompile(f"compiling failed (exit code {done.returncode}):\n{_told(done.stdout)}")
     if compiled_folder() != asked_for:
         raise CannotCompile("a source was changed meanwhile: call marconet compile again")
+
+
+def _told(output: str) -> str:
+    """Return the first errors of mypy, mypyc or the C compiler, or the end of the output if it names none."""
+    errors = [line for line in output.splitlines() if "error:" in line]
+    return "\n".join(errors[:MOST_ERRORS]) or output[-MOST_CHARACTERS:]

@@ -2,6 +2,9 @@
 
     wait() in a program's thread --suspend--> node's agenda --event--> run_if_due() --resume--> wait() returns
 
+A thread that waits runs the node's next event itself if that lets a thread of its program go on at this instant: it
+hands over to that thread, so that a frame which one thread takes for another costs three changes of threads, not four.
+
 Durations are measured on the node's oscillator: its drift and tick, but neither offset nor steps of its clock, as
 CLOCK_MONOTONIC does on the robot. The time of day is the board's local clock.
 
@@ -20,6 +23,7 @@ import time
 import traceback
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
+from heapq import heappop
 from inspect import iscoroutinefunction
 from random import Random
 from signal import SIG_DFL, SIG_IGN, SIGINT, SIGTERM, default_int_handler
@@ -30,7 +34,8 @@ from weakref import WeakKeyDictionary, WeakSet
 from simpy.events import Event
 
 from firmware_sim.blocking.calls_in_a_row import SHORTEST_NS
-from firmware_sim.blocking.program_thread import OF_THIS_THREAD, ProgramThread
+from firmware_sim.blocking.here import OF_THIS_THREAD
+from firmware_sim.blocking.program_thread import ProgramThread
 from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
@@ -41,6 +46,7 @@ from netem.wire.instants import NEVER_NS
 
 CLEANUP_NS: Final = 10_000_000_000          # virtual time to clean up after the end of the run
 CLEANUP_S: Final = 2.0                      # wall-clock time to clean up
+MOST_HANDOVERS: Final = 1000                # of threads to one another at one instant
 
 _wall_s = time.monotonic
 
@@ -72,6 +78,8 @@ class BlockingProgram:
         self._parameters = dict(parameters or {})
         self._threads: list[ProgramThread] = []
         self._running: ProgramThread | None = None
+        self._handovers = 0             # how often its threads may still hand over to one another at `_instant_ns`
+        self._instant_ns = -1
         self._argv = [name]
         self._main = ProgramThread(f"{self.node.name}: the program", daemon=False)
         self.main_thread = Thread(target=self._main.live, args=(self._whole_program,), name="MainThread", daemon=False)
@@ -146,13 +154,39 @@ class BlockingProgram:
 
     def _wait(self, until_ns: int, hears: bool) -> bool:
         thread = self.thread()
-        thread.until_ns, thread.hears, thread.woken = until_ns, hears, False
+        thread.until_ns, thread.hears, thread.woken, thread.waiting = until_ns, hears, False, True
         self._arm(thread)
-        thread.suspend()
+        other = self._next_at_once()
+        if other is None:
+            thread.suspend()
+        elif other is thread:
+            thread.waiting = False
+        else:
+            self._running = other
+            thread.suspend_for(other)
         if thread.interrupted:
             thread.interrupted = False
             self._interrupt()
         return thread.woken
+
+    def _next_at_once(self) -> ProgramThread | None:
+        """Take the node's next event if it lets a thread of this program run at this instant; return that thread.
+
+        None as well after MOST_HANDOVERS at this instant: the node counts the events of one that does not end.
+        """
+        if not self._handovers or self.closing:
+            return None
+        queue, now_ns = self.node.env.queue, self.node.now_ns
+        while queue and queue[0][0] == now_ns:
+            calls = queue[0][3].callbacks
+            check = calls[0] if calls else None
+            if not isinstance(check, Check) or check.program is not self:
+                return None
+            heappop(queue)
+            if self._is_due(check.thread):
+                self._handovers -= 1
+                return check.thread
+        return None
 
     def sleep(self, duration_ns: int) -> None:
         if duration_ns < SHORTEST_NS:
@@ -233,18 +267,25 @@ class BlockingProgram:
         self.node.call_in(delay_ns, act)
 
     def _check_after(self, delay_ns: int, thread: ProgramThread) -> None:
-        self.node.call_in(delay_ns, partial(self._run_if_due, thread))
+        self.node.call_in(delay_ns, Check(self, thread))
 
-    def _run_if_due(self, thread: ProgramThread, event: Event) -> None:
+    def run_if_due(self, thread: ProgramThread) -> None:
         """Run `thread` if it was woken or its time has come; otherwise schedule the next check."""
+        if self._is_due(thread):
+            if self._instant_ns != self.node.now_ns:
+                self._instant_ns, self._handovers = self.node.now_ns, MOST_HANDOVERS
+            self._run(thread)
+
+    def _is_due(self, thread: ProgramThread) -> bool:
         now_ns = self.node.now_ns
         if thread.alarm_ns <= now_ns:
             thread.alarm_ns = NEVER_NS
-        if thread.waiting and not thread.ended:
-            if thread.woken or thread.until_ns <= now_ns:
-                self._run(thread)
-            else:
-                self._arm(thread)
+        if not thread.waiting or thread.ended:
+            return False
+        if thread.woken or thread.until_ns <= now_ns:
+            return True
+        self._arm(thread)
+        return False
 
     def _arm(self, thread: ProgramThread) -> None:
         """Schedule a check at the thread's time. A pending earlier check stays: to cancel it would cost more."""
@@ -257,10 +298,11 @@ class BlockingProgram:
         sys.argv = self._argv           # programs may share the process
         try:
             thread.resume()
+            last = self.thread()
         finally:
             self._running = None
-        if thread.ended:
-            self._reap(thread)
+        if last.ended:
+            self._reap(last)
         self.promise()
 
     def _reap(self, thread: ProgramThread) -> None:
@@ -318,6 +360,17 @@ class BlockingProgram:
         except KeyboardInterrupt:
             if not self.closing:
                 raise
+
+
+class Check:
+    """An event of the node: whether a thread of the program is due."""
+
+    def __init__(self, program: BlockingProgram, thread: ProgramThread) -> None:
+        self.program = program
+        self.thread = thread
+
+    def __call__(self, event: Event) -> None:
+        self.program.run_if_due(self.thread)
 
 
 def _drop(data: bytes) -> None:

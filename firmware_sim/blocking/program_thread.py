@@ -1,9 +1,12 @@
 """One thread of a blocking program: it runs only between `resume` and `suspend`.
 
     node's thread: resume() --eventfd--> program's thread: runs until it waits, ends or fails --lock--> resume() returns
+                                         suspend_for(next) --eventfd--> next: runs on --lock--> resume() returns
 
 The node's thread lets the other one go by a system call, during which it gives up Python's global lock, so that the
 other thread finds it free. With a lock, that thread would wake up, wait for the global lock, and wake up again.
+
+A thread that waits may hand over to another thread of its program, so that two changes of threads become one.
 
 Invariants:
 - either the node's thread or one thread of the program runs, never two, so their data needs no lock;
@@ -18,25 +21,20 @@ import sys
 import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
 from collections.abc import Callable
-from threading import local
 from typing import Final
+
+from mypy_extensions import mypyc_attr
 
 from firmware_sim.blocking.calls_in_a_row import CallsInARow
 from netem.node.turn import STANDS_IN
 from netem.wire.instants import NEVER_NS
 
-PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
+PATIENCE_S: float = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 
 LAST_CALLS: Final = 10          # waits that raise Abandoned before a thread counts as one that does not end
 
 
-class _OfThisThread(local):
-    program: object = None      # the blocking program that the calling thread belongs to, see `here.py`
-
-
-OF_THIS_THREAD: Final = _OfThisThread()
-
-
+@mypyc_attr(native_class=False)
 class Abandoned(SystemExit):
     """Raised in a thread that has to end now; `threading` prints no traceback of a SystemExit."""
 
@@ -47,7 +45,7 @@ class ProgramThread:
     def __init__(self, name: str, *, daemon: bool) -> None:
         self.name = name
         self.daemon = daemon            # True: ends with the program's last non-daemon thread
-        self.waiting = True             # True until it is resumed, also for the first time
+        self.waiting = True             # set before it suspends itself; False once it is resumed
         self.woken = False
         self.hears = False              # True: a frame may wake it
         self.until_ns = 0               # true time at which it continues unless woken earlier
@@ -62,14 +60,17 @@ class ProgramThread:
         self._go = os.eventfd(0, os.EFD_CLOEXEC)
         self._back = allocate_lock()
         self._back.acquire()
+        self._returns_to = self._back       # what lets the node's thread go on
+        self._next: ProgramThread | None = None     # the thread that it handed over to since it was resumed
+        self._node_ident = 0                # the thread that runs the node
 
     # --- in the node's thread
 
     def resume(self) -> None:
-        """Let the thread run until it waits or ends."""
-        self.waiting = False
-        STANDS_IN[get_ident()] = self._ident
-        os.eventfd_write(self._go, 1)
+        """Let the thread run until it waits or ends, or the last one does that it and its successors hand over to."""
+        self._returns_to = self._back
+        self._node_ident = get_ident()
+        self._go_on()
         if not self._back.acquire(timeout=PATIENCE_S):
             self._show()
             while not self._back.acquire(timeout=PATIENCE_S):       # so that a watchdog can interrupt the wait
@@ -78,6 +79,7 @@ class ProgramThread:
     def abandon(self) -> bool:
         """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
         self._abandoned = True
+        self._returns_to = self._back
         for _ in range(LAST_CALLS):
             if self.waiting:
                 os.eventfd_write(self._go, 1)
@@ -87,7 +89,15 @@ class ProgramThread:
                 break
         return self.ended
 
+    def _go_on(self) -> None:
+        self.waiting, self._next = False, None
+        STANDS_IN[self._node_ident] = self._ident
+        os.eventfd_write(self._go, 1)
+
     def _show(self) -> None:
+        if self._next is not None:
+            self._next._show()
+            return
         frame = sys._current_frames().get(self._ident)
         where = "".join(traceback.format_stack(frame)) if frame is not None else "at its start"
         print(f"{self.name} has been computing for {PATIENCE_S:g} s without waiting for anything; it is here:\n{where}",
@@ -109,12 +119,21 @@ class ProgramThread:
         finally:
             self.ended = True
             os.close(self._go)
-            self._back.release()
+            self._returns_to.release()
 
     def suspend(self) -> None:
         """Let the node's thread run; returns when the node resumes this one, and raises Abandoned if it has to end."""
-        self.waiting = True
-        self._back.release()
+        self._returns_to.release()
+        self._await_turn()
+
+    def suspend_for(self, other: ProgramThread) -> None:
+        """Let `other`, which waits, run in place of this thread; otherwise as `suspend`."""
+        other._returns_to, other._node_ident = self._returns_to, self._node_ident
+        self._next = other
+        other._go_on()
+        self._await_turn()
+
+    def _await_turn(self) -> None:
         os.eventfd_read(self._go)
         if self._abandoned:
             raise Abandoned

@@ -1,0 +1,146 @@
+"""A thread that waits hands over to a thread of its program that is due at this instant, without the node's thread."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from contextlib import suppress
+
+import pytest
+
+from firmware_sim.blocking import program_thread
+from netem.node import environment
+from netem.wire.messages import Grant
+
+EVER_NS = 10**18
+
+
+def run(program):
+    program.node.advance(Grant(1, EVER_NS, False, False, []))
+
+
+def in_a_row(turns, woken):
+    """`turns` threads wake one another in a row at an instant of 1 s; each notes its number in `woken`."""
+    def main():
+        events = [threading.Event() for _ in range(turns)]
+
+        def relay(number):
+            events[number].wait()
+            woken.append((number, time.monotonic_ns()))
+            if number + 1 < turns:
+                events[number + 1].set()
+
+        threads = [threading.Thread(target=relay, args=(number,)) for number in range(turns)]
+        for thread in threads:
+            thread.start()
+        time.sleep(1)
+        events[0].set()
+        for thread in threads:
+            thread.join()
+    return main
+
+
+def counted(monkeypatch):
+    """The number of times that the node's thread has resumed a thread, in a list of one."""
+    resumed, really = [0], os.eventfd_write
+    node = threading.get_ident()
+
+    def write(file, value):
+        resumed[0] += threading.get_ident() == node
+        really(file, value)
+
+    monkeypatch.setattr(os, "eventfd_write", write)
+    return resumed
+
+
+@pytest.mark.parametrize("turns", [1, 2, 5, 20])
+def test_threads_that_wake_one_another_run_in_this_order_at_the_same_instant(begin, turns):
+    woken = []
+
+    run(begin(in_a_row(turns, woken)))
+
+    assert woken == [(number, woken[0][1]) for number in range(turns)]
+
+
+def test_the_node_resumes_fewer_threads_than_run(begin, monkeypatch):
+    program, resumed = begin(in_a_row(20, [])), counted(monkeypatch)
+
+    run(program)
+
+    assert resumed[0] == 2 + 20         # at 0 and at 1 s, and after each end of a thread, which hands over to none
+
+
+def test_threads_that_wake_one_another_for_ever_at_one_instant_are_refused(begin, monkeypatch):
+    monkeypatch.setattr(environment, "MAX_EVENTS_AT_ONE_INSTANT", 2_000)        # 100 000 in compiled code
+
+    def main():
+        ping, pong = threading.Semaphore(0), threading.Semaphore(1)
+
+        def answer():
+            while True:
+                ping.acquire()
+                pong.release()
+
+        threading.Thread(target=answer, daemon=True).start()
+        while True:
+            pong.acquire()
+            ping.release()
+
+    with pytest.raises(RuntimeError, match="waits for no time to pass"):
+        run(begin(main))
+
+
+def test_an_exception_after_a_handover_ends_the_node(begin):
+    def main():
+        def fails():
+            raise ZeroDivisionError("in the second thread")
+
+        threading.Thread(target=fails).start()
+        time.sleep(1)
+
+    with pytest.raises(ZeroDivisionError, match="in the second thread"):
+        run(begin(main))
+
+
+def test_the_one_that_computes_after_a_handover_is_shown_in_the_log(begin, monkeypatch, capsys):
+    monkeypatch.setattr(program_thread, "PATIENCE_S", 0.02)
+    really = time.monotonic.__wrapped__
+
+    def main():
+        def ponders():
+            end_s = really() + 0.2
+            while really() < end_s:
+                sum(range(1000))
+
+        thread = threading.Thread(target=ponders, name="the second")
+        thread.start()
+        thread.join()
+
+    run(begin(main))
+
+    said = capsys.readouterr().err
+    assert "robot: the second has been computing for 0.02 s" in said
+    assert "in ponders" in said
+
+
+def test_a_run_broken_off_after_a_handover_ends_all_threads(begin):
+    ended = []
+
+    def main():
+        def waits(name):
+            try:
+                time.sleep(100)
+            finally:
+                ended.append(name)
+
+        for name in ("first", "second"):
+            threading.Thread(target=waits, args=(name,)).start()
+        with suppress(InterruptedError):
+            waits("main")
+
+    program = begin(main)
+    program.node.advance(Grant(1, 10**9, False, False, []))
+    program.abandon()
+
+    assert sorted(ended) == ["first", "main", "second"]
