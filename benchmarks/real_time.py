@@ -1,12 +1,13 @@
 """How exactly a run in real time keeps its instants: sleeps, five robots at 300 Hz, and a delay of 5 ms end to end.
 
-    python -m benchmarks.real_time [--repeat 3] [--drift-minutes 10]
+    python -m benchmarks.real_time [--repeat 3] [--only waits|robots|delay] [--drift-minutes 10]
 
 1. Lateness of a wait for an absolute instant: by the time-out of a selector, by `select`, and by `Timer`.
 2. Lateness of the deliveries of five robots that send to one another and to a UDP gateway at 300 Hz: in one process,
    and each a process of its own.
-3. One-way delay between two UDP sockets outside, over two gateways and a packet network with a delay of 5 ms; beside it
-   the delay between two sockets of the loopback, and over `tc netem` in a network namespace if the kernel has it.
+3. One-way delay between two programs outside, over two UDP gateways and a packet network with a delay of 5 ms; beside
+   it the delay between the same programs on the loopback, and over `tc netem` in a network namespace if the kernel has
+   it.
 
 With `--drift-minutes` only this: a robot sends outside at 10 Hz for so long, and the arrivals at a socket outside, by
 CLOCK_MONOTONIC, are fitted with a line, whose slope is the drift of the run. It is fitted to the medians of 100
@@ -44,7 +45,9 @@ from netem.gateways.timer import Timer
 MS: Final = 1_000_000
 ROBOTS, RATE_HZ, LENGTH_S = 5, 300, 10.0
 HOSTS: Final[tuple[HostName, ...]] = ("inline", "process")
-DELAY_MS, MESSAGES, EVERY_S = 5.0, 1_000, 0.005
+DELAY_MS, MESSAGES = 5.0, 1_000
+# Least and longest wait between two messages [s]. With the last, a message comes in just as the one before it leaves.
+WAITS: Final = {"4 to 12 ms apart": (0.004, 0.012), "5 ms apart": (0.005, 0.005)}
 PROGRAM: Final = """
 from dataclasses import dataclass
 
@@ -97,31 +100,33 @@ class Idle:
     def __init__(self, board):
         board.port("net", lambda data: None)
 """
-# Sends messages with the time of sending, and prints the one-way delays in ns of those that arrive at another socket.
-OUTSIDE: Final = """
-import socket, sys, threading, time
-count, every_s, target = int(sys.argv[1]), float(sys.argv[2]), ("127.0.0.1", int(sys.argv[3]))
-hear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-hear.bind(("127.0.0.1", int(sys.argv[4])))
-hear.settimeout(3.0)
-print("ready", flush=True)
-sys.stdin.readline()
-delays = []
-def listen():
-    try:
-        while True:
-            data = hear.recv(1000)
-            now = time.monotonic_ns()
-            delays.append(now - int.from_bytes(data[-8:], "little"))
-    except TimeoutError:
-        pass
-thread = threading.Thread(target=listen)
-thread.start()
+# Sends messages with the time of sending to a port, a wait after each; prints nothing.
+SPEAKER: Final = """
+import random, socket, sys, time
+count, least_s, most_s = int(sys.argv[1]), float(sys.argv[2]), float(sys.argv[3])
+target = "127.0.0.1", int(sys.argv[4])
+waits = random.Random(1)
 speak = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+sys.stdin.readline()
 for k in range(count):
     speak.sendto(bytes([0, 5]) + b"right" + time.monotonic_ns().to_bytes(8, "little"), target)
-    time.sleep(every_s)
-thread.join()
+    time.sleep(waits.uniform(least_s, most_s))
+"""
+# Prints the one-way delays in ns of the messages that arrive at a port, once none has come for 4 s after the first.
+LISTENER: Final = """
+import socket, sys, time
+hear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+hear.bind(("127.0.0.1", int(sys.argv[1])))
+print("ready", flush=True)
+delays = []
+try:
+    while True:
+        data = hear.recv(1000)
+        now = time.monotonic_ns()
+        delays.append(now - int.from_bytes(data[-8:], "little"))
+        hear.settimeout(4.0)
+except TimeoutError:
+    pass
 print(*delays)
 """
 # Prints its port, takes datagrams until its input has a line, and prints their arrivals in ns.
@@ -144,6 +149,7 @@ print(*came_ns)
 def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0] if __doc__ else None)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--only", choices=("waits", "robots", "delay"), help="leave the other parts out")
     parser.add_argument("--drift-minutes", type=float, default=0.0)
     given = parser.parse_args(arguments)
     if given.drift_minutes:
@@ -152,7 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     repeat = given.repeat
     for turn in range(repeat):
         print(f"--- turn {turn + 1} of {repeat}, load {os.getloadavg()[0]:.2f} on {os.cpu_count()} cores")
-        for scheduling in ("usual", "SCHED_FIFO", "SCHED_FIFO awake"):
+        for scheduling in ("usual", "SCHED_FIFO", "SCHED_FIFO awake") if given.only in (None, "waits") else ():
             for name, sleep in (("selector's time-out", _by_selector), ("select", _by_select), ("Timer", _by_timer)):
                 if scheduling == "usual":
                     late_ns = sleep(500, 1.3)
@@ -164,9 +170,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
                     if asleep or any("scheduling" in why for why in refused):
                         continue
                 _print(f"wait of 1.3 ms, {scheduling}, {name}", late_ns)
-        for host in HOSTS:
+        for host in HOSTS if given.only in (None, "robots") else ():
             _team(host)
-        _delay()
+        if given.only in (None, "delay"):
+            _delay()
 
 
 def _by_selector(count: int, step_ms: float) -> list[int]:
@@ -262,28 +269,29 @@ class Drain:
 
 
 def _delay() -> None:
-    left, right = _free_port(), _free_port()
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
-        (folder / "idle.py").write_text(IDLE)
-        (folder / "pipe.toml").write_text(PIPE.format(length_s=4.0 + MESSAGES * EVERY_S * 1.3, delay_ms=DELAY_MS,
-                                                      left=left, right=right))
-        with Outside(left, right) as ask:
-            emulator = threading.Timer(1.5, ask)        # by then the gateways listen
-            emulator.start()
-            summary = run(load(folder / "pipe.toml"), host="inline", out=folder / "run", report=False,
-                          real_time=True).summary
-            emulator.join()
-            emulated = ask.delays_ns()
-    late = (summary.real_time or {})["deliveries"]
-    print(f"of these in the emulator: sent late by {late['median_ns'] / MS:.3f} ms in the median, 99 % "
-          f"{late['p99_ns'] / MS:.3f} ms")
-    _print(f"delay of {DELAY_MS:g} ms between two processes over two UDP gateways, error", [
-        delay_ns - round(DELAY_MS * MS) for delay_ns in emulated])
-    port = _free_port()
-    with Outside(port, port) as ask:
-        ask()
-        _print("the same sockets without anything between, delay", ask.delays_ns())
+    for apart, waits_s in WAITS.items():
+        left, right = _free_port(), _free_port()
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            (folder / "idle.py").write_text(IDLE)
+            (folder / "pipe.toml").write_text(PIPE.format(length_s=4.0 + MESSAGES * sum(waits_s) / 2 * 1.3,
+                                                          delay_ms=DELAY_MS, left=left, right=right))
+            with Outside(left, right, waits_s) as begin:
+                emulator = threading.Timer(1.5, begin)      # by then the gateways listen
+                emulator.start()
+                summary = run(load(folder / "pipe.toml"), host="inline", out=folder / "run", report=False,
+                              real_time=True).summary
+                emulator.join()
+                emulated = begin.delays_ns()
+        late = (summary.real_time or {})["deliveries"]
+        _print(f"delay of {DELAY_MS:g} ms between two programs over two UDP gateways, messages {apart}, error", [
+            delay_ns - round(DELAY_MS * MS) for delay_ns in emulated])
+        print(f"of it in the emulator: sent late by {late['median_ns'] / MS:.3f} ms in the median, 99 % "
+              f"{late['p99_ns'] / MS:.3f} ms")
+        port = _free_port()
+        with Outside(port, port, waits_s) as begin:
+            begin()
+            _print(f"the same programs without anything between, messages {apart}, delay", begin.delays_ns())
     _netem()
 
 
@@ -302,43 +310,48 @@ def _netem() -> None:
             print(f"tc netem: not in this kernel ({added.stderr.strip()})")
             return
         port = _free_port()
-        with Outside(port, port, within) as ask:
-            ask()
-            _print(f"delay of {DELAY_MS:g} ms by tc netem, error",
-                   [delay_ns - round(DELAY_MS * MS) for delay_ns in ask.delays_ns()])
+        for apart, waits_s in WAITS.items():
+            with Outside(port, port, waits_s, within) as begin:
+                begin()
+                _print(f"delay of {DELAY_MS:g} ms by tc netem, messages {apart}, error",
+                       [delay_ns - round(DELAY_MS * MS) for delay_ns in begin.delays_ns()])
     finally:
         subprocess.run(["ip", "netns", "del", name], check=False)
 
 
 class Outside:
-    """The process outside that sends to one port and hears at another; a call makes it begin."""
+    """Two programs outside: one sends to the port `target` once this is called, the other hears at `hears`."""
 
-    def __init__(self, target: int, hears: int, within: Sequence[str] = ()) -> None:
-        self._process = subprocess.Popen([*within, sys.executable, "-c", OUTSIDE, str(MESSAGES), str(EVERY_S),
-                                          str(target), str(hears)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                         text=True)
+    def __init__(self, target: int, hears: int, waits_s: tuple[float, float], within: Sequence[str] = ()) -> None:
+        def program(source: str, *given: object) -> subprocess.Popen[str]:
+            return subprocess.Popen([*within, sys.executable, "-c", source, *map(str, given)], stdin=subprocess.PIPE,
+                                    stdout=subprocess.PIPE, text=True)
+
+        self._speaker = program(SPEAKER, MESSAGES, *waits_s, target)
+        self._listener = program(LISTENER, hears)
 
     def __enter__(self) -> Outside:
-        assert self._process.stdout is not None
-        self._process.stdout.readline()
+        assert self._listener.stdout is not None
+        self._listener.stdout.readline()
         return self
 
     def __call__(self) -> None:
-        assert self._process.stdin is not None
-        self._process.stdin.write("\n")
-        self._process.stdin.flush()
+        assert self._speaker.stdin is not None
+        self._speaker.stdin.write("\n")
+        self._speaker.stdin.flush()
 
     def delays_ns(self) -> list[int]:
-        assert self._process.stdout is not None
-        return [int(word) for word in self._process.stdout.readline().split()]
+        assert self._listener.stdout is not None
+        return [int(word) for word in self._listener.stdout.readline().split()]
 
     def __exit__(self, *exception: object) -> None:
-        self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout):
-            if pipe is not None:
-                with suppress(OSError):
-                    pipe.close()
+        for process in (self._speaker, self._listener):
+            process.kill()
+            process.wait()
+            for pipe in (process.stdin, process.stdout):
+                if pipe is not None:
+                    with suppress(OSError):
+                        pipe.close()
 
 
 def _free_port() -> int:
