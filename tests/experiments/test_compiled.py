@@ -183,6 +183,21 @@ def test_what_compiling_takes_is_named_if_it_is_missing(tmp_path: Path, monkeypa
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_translation_that_fails_tells_its_errors_and_not_the_end_of_a_traceback(
+        tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fails = tmp_path / "fails"
+    fails.write_text(f"#!/bin/sh\necho 'node.h:1223: error: expected a name'\n"
+                     f"for line in $(seq {build.MOST_CHARACTERS}); do echo '  File translate.py'; done\nexit 1\n")
+    fails.chmod(0o755)
+    monkeypatch.setattr(build, "compiled_folder", lambda: tmp_path / "result")
+    monkeypatch.setattr(sys, "executable", str(fails))
+
+    with pytest.raises(CannotCompile) as failed:
+        compile_modules()
+
+    assert str(failed.value) == "compiling failed (exit code 1):\nnode.h:1223: error: expected a name"
+
+
 def test_a_class_that_is_named_in_annotations_is_there_when_they_are_checked() -> None:
     """A compiled module checks what it is given against the type itself: imported for type checkers only, it would be
     no type, and the process would crash."""
