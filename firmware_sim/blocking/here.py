@@ -5,18 +5,12 @@ Differs from the rule against module-level state: other code calls these functio
 
 from __future__ import annotations
 
-from threading import local
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
+
+from firmware_sim.blocking.program_thread import OF_THIS_THREAD
 
 if TYPE_CHECKING:
     from firmware_sim.blocking.program import BlockingProgram
-
-
-class _OfThisThread(local):
-    program: object = None      # the blocking program that the calling thread belongs to
-
-
-OF_THIS_THREAD: Final = _OfThisThread()
 
 
 def running() -> BlockingProgram | None:

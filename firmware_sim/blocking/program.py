@@ -34,8 +34,7 @@ from weakref import WeakKeyDictionary, WeakSet
 from simpy.events import Event
 
 from firmware_sim.blocking.calls_in_a_row import SHORTEST_NS
-from firmware_sim.blocking.here import OF_THIS_THREAD
-from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking.program_thread import OF_THIS_THREAD, ProgramThread
 from firmware_sim.blocking.repeating import Repeating
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings

@@ -21,6 +21,7 @@ import sys
 import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
 from collections.abc import Callable
+from threading import local
 from typing import Final
 
 from mypy_extensions import mypyc_attr
@@ -32,6 +33,14 @@ from netem.wire.instants import NEVER_NS
 PATIENCE_S: float = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 
 LAST_CALLS: Final = 10          # waits that raise Abandoned before a thread counts as one that does not end
+
+
+@mypyc_attr(native_class=False)
+class _OfThisThread(local):
+    program: object = None      # the blocking program that the calling thread belongs to, see `here.py`
+
+
+OF_THIS_THREAD: Final = _OfThisThread()
 
 
 @mypyc_attr(native_class=False)

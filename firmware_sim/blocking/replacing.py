@@ -17,7 +17,7 @@ from inspect import signature
 from types import ModuleType
 from typing import Any, Final
 
-from firmware_sim.blocking.here import OF_THIS_THREAD
+from firmware_sim.blocking.program_thread import OF_THIS_THREAD
 
 Replacement = tuple[Any, str, Callable[..., Any]]       # (module or class, name, function of program and arguments)
 OUR_PACKAGES: Final = frozenset({"agents", "experiments", "firmware_sim", "fmus", "marconet", "netem"})
