@@ -22,7 +22,7 @@ import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
 from collections.abc import Callable
 from threading import local
-from typing import Final
+from typing import Any, Final
 
 from mypy_extensions import mypyc_attr
 
@@ -37,7 +37,7 @@ LAST_CALLS: Final = 10          # waits that raise Abandoned before a thread cou
 
 @mypyc_attr(native_class=False)
 class _OfThisThread(local):
-    program: object = None      # the blocking program that the calling thread belongs to, see `here.py`
+    program: Any = None         # the blocking program that the calling thread belongs to, see `here.py`
 
 
 OF_THIS_THREAD: Final = _OfThisThread()
