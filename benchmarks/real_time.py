@@ -117,6 +117,7 @@ LISTENER: Final = """
 import socket, sys, time
 hear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 hear.bind(("127.0.0.1", int(sys.argv[1])))
+hear.settimeout(30.0)
 print("ready", flush=True)
 delays = []
 try:

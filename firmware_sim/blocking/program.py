@@ -255,7 +255,7 @@ class BlockingProgram:
         """Call `action` now and every `period_ns` from now on, in the node's thread: it must not block."""
         return Repeating(self, period_ns, duration_ns, action)
 
-    # --- in the node's thread
+    # --- in the node's thread; `_is_due` and `_arm` also in a thread that waits
 
     def call_after(self, delay_ns: int, action: Callable[[], None]) -> None:
         """Call `action` after `delay_ns`, and renew the promise afterwards."""
@@ -318,10 +318,10 @@ class BlockingProgram:
                 other.until_ns, other.woken = NEVER_NS, False
 
     def promise(self) -> None:
-        """Promise silence until the first instant at which a thread goes on; called whenever a thread has run."""
+        """Promise silence until the first instant at which a thread goes on; called whenever the node's thread goes on."""
         first_ns, hears = NEVER_NS, False
         if not self.over:
-            for thread in self._threads:                # asked after each switch of threads, so without calls
+            for thread in self._threads:                # asked for each frame, so without calls
                 if thread.until_ns < first_ns:
                     first_ns = thread.until_ns
                 hears = hears or thread.hears

@@ -22,28 +22,24 @@ import traceback
 from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
 from collections.abc import Callable
 from threading import local
-from typing import Any, Final
-
-from mypy_extensions import mypyc_attr
+from typing import Final
 
 from firmware_sim.blocking.calls_in_a_row import CallsInARow
 from netem.node.turn import STANDS_IN
 from netem.wire.instants import NEVER_NS
 
-PATIENCE_S: float = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
+PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 
 LAST_CALLS: Final = 10          # waits that raise Abandoned before a thread counts as one that does not end
 
 
-@mypyc_attr(native_class=False)
 class _OfThisThread(local):
-    program: Any = None         # the blocking program that the calling thread belongs to, see `here.py`
+    program: object = None      # the blocking program that the calling thread belongs to, see `here.py`
 
 
 OF_THIS_THREAD: Final = _OfThisThread()
 
 
-@mypyc_attr(native_class=False)
 class Abandoned(SystemExit):
     """Raised in a thread that has to end now; `threading` prints no traceback of a SystemExit."""
 
@@ -88,6 +84,8 @@ class ProgramThread:
     def abandon(self) -> bool:
         """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
         self._abandoned = True
+        self._back = allocate_lock()        # a run broken off within `resume` may still release the one before
+        self._back.acquire()
         self._returns_to = self._back
         for _ in range(LAST_CALLS):
             if self.waiting:
@@ -131,13 +129,14 @@ class ProgramThread:
             self._returns_to.release()
 
     def suspend(self) -> None:
-        """Let the node's thread run; returns when the node resumes this one, and raises Abandoned if it has to end."""
+        """Let the node's thread run; returns when this one is to run again, and raises Abandoned if it has to end."""
         self._returns_to.release()
         self._await_turn()
 
     def suspend_for(self, other: ProgramThread) -> None:
         """Let `other`, which waits, run in place of this thread; otherwise as `suspend`."""
         other._returns_to, other._node_ident = self._returns_to, self._node_ident
+        other._next = None              # first, so that the successors never form a circle
         self._next = other
         other._go_on()
         self._await_turn()

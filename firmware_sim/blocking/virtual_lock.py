@@ -85,12 +85,12 @@ class LockByThread:
     """Stands for a module's lock `name`: each program gets a lock of its own, other threads get `real`."""
 
     def __init__(self, real: Any, name: str) -> None:
-        self._outside = real          # `__real`, as mypyc would name it, is a word of C compilers
+        self._real = real
         self._key = "lock", name
 
     def _of_this_thread(self) -> Any:
         program = running()
-        return self._outside if program is None else program.shared.setdefault(self._key, VirtualLock())
+        return self._real if program is None else program.shared.setdefault(self._key, VirtualLock())
 
     def acquire(self, blocking: bool = True, timeout: float = -1) -> bool:
         return bool(self._of_this_thread().acquire(blocking, timeout))
@@ -105,4 +105,4 @@ class LockByThread:
         self.release()
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._outside, name)
+        return getattr(self._real, name)
