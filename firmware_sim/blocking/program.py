@@ -318,7 +318,7 @@ class BlockingProgram:
                 other.until_ns, other.woken = NEVER_NS, False
 
     def promise(self) -> None:
-        """Promise silence until the first instant at which a thread goes on; called whenever the node's thread goes on."""
+        """Promise silence until the first instant at which a thread goes on; called when the node's thread goes on."""
         first_ns, hears = NEVER_NS, False
         if not self.over:
             for thread in self._threads:                # asked for each frame, so without calls
