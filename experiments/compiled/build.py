@@ -59,6 +59,9 @@ def _compile(draft: Path, asked_for: Path) -> None:
 
 
 def _told(output: str) -> str:
-    """Return the first errors of mypy, mypyc or the C compiler, or the end of the output if it names none."""
-    errors = [line for line in output.splitlines() if "error:" in line]
-    return "\n".join(errors[:MOST_ERRORS]) or output[-MOST_CHARACTERS:]
+    """Return the first errors of mypy, mypyc, compiler or linker, or the end of the output if it names none.
+
+    Each comes with the line before it, in which a linker tells what it did not find."""
+    lines = output.splitlines()
+    errors = [k for k, line in enumerate(lines) if "error:" in line][:MOST_ERRORS]
+    return "\n".join(lines[k] for k in sorted({*errors, *(k - 1 for k in errors if k)})) or output[-MOST_CHARACTERS:]

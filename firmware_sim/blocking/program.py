@@ -45,7 +45,7 @@ from netem.wire.instants import NEVER_NS
 
 CLEANUP_NS: Final = 10_000_000_000          # virtual time to clean up after the end of the run
 CLEANUP_S: Final = 2.0                      # wall-clock time to clean up
-MOST_HANDOVERS: Final = 1000                # of threads to one another at one instant
+MOST_HANDOVERS: Final = 1000                # of threads to one another, or to themselves, at one instant
 
 _wall_s = time.monotonic
 
@@ -171,7 +171,8 @@ class BlockingProgram:
     def _next_at_once(self) -> ProgramThread | None:
         """Take the node's next event if it lets a thread of this program run at this instant; return that thread.
 
-        None as well after MOST_HANDOVERS at this instant: the node counts the events of one that does not end.
+        After MOST_HANDOVERS at this instant the result is None, so that the node's thread goes on, which counts events
+        and refuses an instant that does not end.
         """
         if not self._handovers or self.closing:
             return None
@@ -362,7 +363,7 @@ class BlockingProgram:
 
 
 class Check:
-    """An event of the node: whether a thread of the program is due."""
+    """What the node calls at an event of its agenda, to let `thread` of `program` go on if it is due."""
 
     def __init__(self, program: BlockingProgram, thread: ProgramThread) -> None:
         self.program = program

@@ -67,6 +67,7 @@ class ProgramThread:
         self._back.acquire()
         self._returns_to = self._back       # what lets the node's thread go on
         self._next: ProgramThread | None = None     # the thread that it handed over to since it was resumed
+        self._turns = 0                     # how often it was let go
         self._node_ident = 0                # the thread that runs the node
 
     # --- in the node's thread
@@ -75,11 +76,14 @@ class ProgramThread:
         """Let the thread run until it waits or ends, or the last one does that it and its successors hand over to."""
         self._returns_to = self._back
         self._node_ident = get_ident()
+        seen, shown = (self, self._turns + 1), None
         self._go_on()
-        if not self._back.acquire(timeout=PATIENCE_S):
-            self._show()
-            while not self._back.acquire(timeout=PATIENCE_S):       # so that a watchdog can interrupt the wait
-                pass
+        while not self._back.acquire(timeout=PATIENCE_S):           # a watchdog can interrupt the wait
+            turn = self._turn_under_way()
+            if turn == seen != shown:
+                turn[0]._show()
+                shown = turn
+            seen = turn
 
     def abandon(self) -> bool:
         """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
@@ -98,13 +102,18 @@ class ProgramThread:
 
     def _go_on(self) -> None:
         self.waiting, self._next = False, None
+        self._turns += 1
         STANDS_IN[self._node_ident] = self._ident
         os.eventfd_write(self._go, 1)
 
+    def _turn_under_way(self) -> tuple[ProgramThread, int]:
+        """Return the last of the threads that this one and its successors have handed over to, and its turn."""
+        thread = self
+        while thread._next is not None:
+            thread = thread._next
+        return thread, thread._turns
+
     def _show(self) -> None:
-        if self._next is not None:
-            self._next._show()
-            return
         frame = sys._current_frames().get(self._ident)
         where = "".join(traceback.format_stack(frame)) if frame is not None else "at its start"
         print(f"{self.name} has been computing for {PATIENCE_S:g} s without waiting for anything; it is here:\n{where}",

@@ -186,7 +186,7 @@ def test_what_compiling_takes_is_named_if_it_is_missing(tmp_path: Path, monkeypa
 def test_a_translation_that_fails_tells_its_errors_and_not_the_end_of_a_traceback(
         tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fails = tmp_path / "fails"
-    fails.write_text(f"#!/bin/sh\necho 'node.h:1223: error: expected a name'\n"
+    fails.write_text(f"#!/bin/sh\necho 'ld: cannot find -lm'\necho 'collect2: error: ld returned 1'\n"
                      f"for line in $(seq {build.MOST_CHARACTERS}); do echo '  File translate.py'; done\nexit 1\n")
     fails.chmod(0o755)
     monkeypatch.setattr(build, "compiled_folder", lambda: tmp_path / "result")
@@ -195,7 +195,7 @@ def test_a_translation_that_fails_tells_its_errors_and_not_the_end_of_a_tracebac
     with pytest.raises(CannotCompile) as failed:
         compile_modules()
 
-    assert str(failed.value) == "compiling failed (exit code 1):\nnode.h:1223: error: expected a name"
+    assert str(failed.value) == "compiling failed (exit code 1):\nld: cannot find -lm\ncollect2: error: ld returned 1"
 
 
 def test_a_class_that_is_named_in_annotations_is_there_when_they_are_checked() -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 import time
-from contextlib import suppress
 
 import pytest
 
@@ -42,7 +42,7 @@ def in_a_row(turns, woken):
 
 
 def counted(monkeypatch):
-    """The number of times that the node's thread has resumed a thread, in a list of one."""
+    """Return a list of one number: how often the node's thread has resumed a thread."""
     resumed, really = [0], os.eventfd_write
     node = threading.get_ident()
 
@@ -124,23 +124,74 @@ def test_the_one_that_computes_after_a_handover_is_shown_in_the_log(begin, monke
     assert "in ponders" in said
 
 
-def test_a_run_broken_off_after_a_handover_ends_all_threads(begin):
-    ended = []
+def test_threads_that_each_compute_for_a_short_time_are_not_shown(begin, monkeypatch, capsys):
+    monkeypatch.setattr(program_thread, "PATIENCE_S", 0.2)
+    really = time.monotonic.__wrapped__
+
+    def ponders():
+        end_s = really() + 0.005
+        while really() < end_s:
+            pass
 
     def main():
-        def waits(name):
-            try:
-                time.sleep(100)
-            finally:
-                ended.append(name)
+        ping, pong = threading.Semaphore(0), threading.Semaphore(0)
 
-        for name in ("first", "second"):
-            threading.Thread(target=waits, args=(name,)).start()
-        with suppress(InterruptedError):
-            waits("main")
+        def answer():
+            for _ in range(50):
+                ping.acquire()
+                ponders()
+                pong.release()
+
+        threading.Thread(target=answer).start()
+        for _ in range(50):
+            ponders()
+            ping.release()
+            pong.acquire()
 
     program = begin(main)
-    program.node.advance(Grant(1, 10**9, False, False, []))
-    program.abandon()
+    began_s = really()
+    run(program)
 
-    assert sorted(ended) == ["first", "main", "second"]
+    assert really() - began_s > 2 * 0.2                 # together they took more than the patience
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("ends_by_itself", [False, True])
+def test_a_run_broken_off_while_the_second_computes_ends_all_threads(begin, ends_by_itself):
+    ended, really = [], time.monotonic.__wrapped__
+
+    def main():
+        def computes():
+            try:
+                end_s = really() + (0.3 if ends_by_itself else 60)
+                while really() < end_s:
+                    pass
+            finally:
+                ended.append("second")
+
+        try:
+            threading.Thread(target=computes).start()       # waits until the thread runs, and hands over to it
+        finally:
+            ended.append("main")
+
+    def broken_off(number, frame):
+        raise InterruptedError
+
+    program = begin(main)
+    before = signal.signal(signal.SIGALRM, broken_off)
+    signal.setitimer(signal.ITIMER_REAL, 0.1)
+    try:
+        with pytest.raises(InterruptedError):
+            run(program)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    if ends_by_itself:
+        until_s = really() + 20
+        while "second" not in ended and really() < until_s:
+            time.sleep(0.01)
+    began_s = really()
+    program.abandon()
+    took_s = really() - began_s
+
+    assert sorted(ended) == ["main", "second"]
+    assert took_s < program_thread.PATIENCE_S       # neither waited for what the other had released
