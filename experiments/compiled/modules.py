@@ -118,7 +118,10 @@ MODULES: Final = (
     "agents.tracking.dead_reckoning",
     "agents.tracking.drive_link",
 )
-EXTENSIONS: Final = {"fmus.bound_calls": "fmus/bound_calls.c"}       # written in C
+EXTENSIONS: Final = {                   # written in C
+    "firmware_sim.blocking.c_batons": "firmware_sim/blocking/c_batons.c",
+    "fmus.bound_calls": "fmus/bound_calls.c",
+}
 
 
 def file_of(module: str) -> str:

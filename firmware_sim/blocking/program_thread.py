@@ -1,10 +1,7 @@
 """One thread of a blocking program: it runs only between `resume` and `suspend`.
 
-    node's thread: resume() --eventfd--> program's thread: runs until it waits, ends or fails --lock--> resume() returns
-                                         suspend_for(next) --eventfd--> next: runs on --lock--> resume() returns
-
-The node's thread lets the other one go by a system call, during which it gives up Python's global lock, so that the
-other thread finds it free. With a lock, that thread would wake up, wait for the global lock, and wake up again.
+    node's thread: resume() --baton--> program's thread: runs until it waits, ends or fails --baton--> resume() returns
+                                       suspend_for(next) --baton--> next: runs on --baton--> resume() returns
 
 A thread that waits may hand over to another thread of its program, so that two changes of threads become one.
 
@@ -16,17 +13,28 @@ Invariants:
 from __future__ import annotations
 
 import ctypes
-import os
 import sys
 import traceback
-from _thread import allocate_lock, get_ident  # the real ones, whatever `library_time` puts into `threading`
+from _thread import get_ident  # the real one, whatever `library_time` puts into `threading`
 from collections.abc import Callable
 from threading import local
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from firmware_sim.blocking.calls_in_a_row import CallsInARow
 from netem.node.turn import STANDS_IN
 from netem.wire.instants import NEVER_NS
+
+if TYPE_CHECKING:
+    from firmware_sim.blocking.c_batons import Baton, pass_on
+
+    EventBaton = Baton
+else:
+    try:
+        from firmware_sim.blocking.c_batons import Baton, pass_on
+
+        EventBaton = Baton
+    except ModuleNotFoundError:         # c_batons.c was not compiled
+        from firmware_sim.blocking.python_batons import Baton, EventBaton, pass_on
 
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
 
@@ -62,9 +70,8 @@ class ProgramThread:
         self.failure: BaseException | None = None
         self._abandoned = False
         self._ident = 0
-        self._go = os.eventfd(0, os.EFD_CLOEXEC)
-        self._back = allocate_lock()
-        self._back.acquire()
+        self._go = EventBaton()
+        self._back = Baton()
         self._returns_to = self._back       # what lets the node's thread go on
         self._next: ProgramThread | None = None     # the thread that it handed over to since it was resumed
         self._turns = 0                     # how often it was let go
@@ -77,34 +84,35 @@ class ProgramThread:
         self._returns_to = self._back
         self._node_ident = get_ident()
         seen, shown = (self, self._turns + 1), None
-        self._go_on()
-        while not self._back.acquire(timeout=PATIENCE_S):           # a watchdog can interrupt the wait
+        self._begin_turn()
+        is_back = pass_on(self._go, self._back, PATIENCE_S)         # a watchdog can interrupt the wait
+        while not is_back:
             turn = self._turn_under_way()
             if turn == seen != shown:
                 turn[0]._show()
                 shown = turn
             seen = turn
+            is_back = self._back.take(PATIENCE_S)
 
     def abandon(self) -> bool:
         """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
         self._abandoned = True
-        self._back = allocate_lock()        # a run broken off within `resume` may still release the one before
-        self._back.acquire()
+        self._back = Baton()            # a run broken off within `resume` may still give the one before
         self._returns_to = self._back
         for _ in range(LAST_CALLS):
             if self.waiting:
-                os.eventfd_write(self._go, 1)
+                self._go.give()
             else:                       # it was computing when the run was broken off
                 ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._ident), ctypes.py_object(Abandoned))
-            if not self._back.acquire(timeout=PATIENCE_S) or self.ended:
+            if not self._back.take(PATIENCE_S) or self.ended:
                 break
         return self.ended
 
-    def _go_on(self) -> None:
+    def _begin_turn(self) -> None:
+        """Note that this thread runs from now on; the caller gives it the baton."""
         self.waiting, self._next = False, None
         self._turns += 1
         STANDS_IN[self._node_ident] = self._ident
-        os.eventfd_write(self._go, 1)
 
     def _turn_under_way(self) -> tuple[ProgramThread, int]:
         """Return the last of the threads that this one and its successors have handed over to, and its turn."""
@@ -124,7 +132,7 @@ class ProgramThread:
     def live(self, function: Callable[[], object]) -> None:
         """Run `function` from the first resume to its end; the target of the OS thread."""
         self._ident = get_ident()
-        os.eventfd_read(self._go)
+        self._go.take()
         try:
             if not self._abandoned:
                 function()
@@ -134,23 +142,21 @@ class ProgramThread:
             self.failure = error
         finally:
             self.ended = True
-            os.close(self._go)
-            self._returns_to.release()
+            del self._go                # which closes the file of an EventBaton
+            self._returns_to.give()
 
     def suspend(self) -> None:
         """Let the node's thread run; returns when this one is to run again, and raises Abandoned if it has to end."""
-        self._returns_to.release()
-        self._await_turn()
+        pass_on(self._returns_to, self._go)
+        if self._abandoned:
+            raise Abandoned
 
     def suspend_for(self, other: ProgramThread) -> None:
         """Let `other`, which waits, run in place of this thread; otherwise as `suspend`."""
         other._returns_to, other._node_ident = self._returns_to, self._node_ident
         other._next = None              # first, so that the successors never form a circle
         self._next = other
-        other._go_on()
-        self._await_turn()
-
-    def _await_turn(self) -> None:
-        os.eventfd_read(self._go)
+        other._begin_turn()
+        pass_on(other._go, self._go)
         if self._abandoned:
             raise Abandoned

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import threading
 import time
@@ -10,6 +9,7 @@ import time
 import pytest
 
 from firmware_sim.blocking import program_thread
+from firmware_sim.blocking.program_thread import ProgramThread
 from netem.node import environment
 from netem.wire.messages import Grant
 
@@ -43,14 +43,13 @@ def in_a_row(turns, woken):
 
 def counted(monkeypatch):
     """Return a list of one number: how often the node's thread has resumed a thread."""
-    resumed, really = [0], os.eventfd_write
-    node = threading.get_ident()
+    resumed, really = [0], ProgramThread.resume
 
-    def write(file, value):
-        resumed[0] += threading.get_ident() == node
-        really(file, value)
+    def resume(thread):
+        resumed[0] += 1
+        really(thread)
 
-    monkeypatch.setattr(os, "eventfd_write", write)
+    monkeypatch.setattr(ProgramThread, "resume", resume)
     return resumed
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -424,4 +423,4 @@ def test_a_thread_that_will_not_end_is_given_up_and_named(begin, capsys):
 
     assert "robot: the program did not end with the run" in capsys.readouterr().err
     stays = False
-    os.eventfd_write(program._main._go, 1)      # let the thread go, for the sake of the next test
+    program._main._go.give()        # let the thread go, for the sake of the next test
