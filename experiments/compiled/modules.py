@@ -24,6 +24,7 @@ MODULES: Final = (
     "netem.emulator.seat",
     "netem.media.broadcast_radio",
     "netem.media.can.admission",
+    "netem.media.can.bit_clock",
     "netem.media.can.bus",
     "netem.media.can.bus_events",
     "netem.media.can.bus_load",

@@ -105,7 +105,7 @@ def unpack(data: bytes) -> CanFrame:
             raise MalformedFrame(f"length {length}, which no DLC of CAN FD names")
     else:
         raise MalformedFrame(f"{len(data)} bytes, expected {CLASSICAL_BYTES} or {FD_BYTES}, as pack makes them")
-    extended, remote, error = (bool(can_id & flag) for flag in (EXTENDED_FLAG, REMOTE_FLAG, ERROR_FLAG))
+    extended, remote, error = bool(can_id & EXTENDED_FLAG), bool(can_id & REMOTE_FLAG), bool(can_id & ERROR_FLAG)
     identifier = can_id & EXTENDED_MASK
     if identifier > STANDARD_MASK and not (extended or error):
         raise MalformedFrame(f"identifier {identifier:#x} without the EFF flag, at most 0x7ff")
