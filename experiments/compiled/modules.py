@@ -81,6 +81,7 @@ MODULES: Final = (
     "firmware_sim.blocking.calls_in_a_row",
     "firmware_sim.blocking.inbox",
     "firmware_sim.blocking.program",
+    "firmware_sim.blocking.program_thread",
     "firmware_sim.blocking.repeating",
     "firmware_sim.blocking.seconds",
     "firmware_sim.board",

@@ -36,6 +36,7 @@ from simpy.events import Event
 from firmware_sim.blocking.calls_in_a_row import SHORTEST_NS
 from firmware_sim.blocking.program_thread import OF_THIS_THREAD, ProgramThread
 from firmware_sim.blocking.repeating import Repeating
+from firmware_sim.blocking.resuming import abandon, resume
 from firmware_sim.board import Board
 from firmware_sim.clock_settings import ClockSettings
 from firmware_sim.local_clock import LocalClock
@@ -120,7 +121,7 @@ class BlockingProgram:
     def _end_threads(self) -> None:
         for thread in list(self._threads):
             self._running = thread
-            if not thread.ended and not thread.abandon():
+            if not thread.ended and not abandon(thread):
                 print(f"{thread.name} did not end with the run", file=sys.stderr, flush=True)
         self._running = None
         for file in list(self.files):
@@ -297,7 +298,7 @@ class BlockingProgram:
         self._running = thread
         sys.argv = self._argv           # programs may share the process
         try:
-            thread.resume()
+            resume(thread)
             last = self.thread()
         finally:
             self._running = None

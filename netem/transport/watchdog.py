@@ -115,9 +115,7 @@ class Watchdog:
     def _note_stack(self) -> None:
         """Keep the stack of the node's code in `reason` and `detail`."""
         stacks = sys._current_frames()
-        frame = stacks.get(self._watched)
-        if frame is not None and frame.f_code.co_name == "resume":          # it waits for a thread of the program
-            frame = stacks.get(STANDS_IN.get(self._watched, self._watched), frame)
+        frame = stacks.get(STANDS_IN.get(self._watched, self._watched), stacks.get(self._watched))
         frames = [Frame(found.filename, found.lineno or 0, found.name)
                   for found in reversed(traceback.extract_stack(frame))]
         self.reason = words.hangs("no answer", self._timeout_s, self._under_way, frames=frames,

@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from firmware_sim.blocking import program_thread
-from firmware_sim.blocking.program_thread import ProgramThread
+from firmware_sim.blocking import program as programs
+from firmware_sim.blocking import resuming
 from netem.node import environment
 from netem.wire.messages import Grant
 
@@ -43,13 +43,13 @@ def in_a_row(turns, woken):
 
 def counted(monkeypatch):
     """Return a list of one number: how often the node's thread has resumed a thread."""
-    resumed, really = [0], ProgramThread.resume
+    resumed, really = [0], programs.resume
 
     def resume(thread):
         resumed[0] += 1
         really(thread)
 
-    monkeypatch.setattr(ProgramThread, "resume", resume)
+    monkeypatch.setattr(programs, "resume", resume)
     return resumed
 
 
@@ -103,7 +103,7 @@ def test_an_exception_after_a_handover_ends_the_node(begin):
 
 
 def test_the_one_that_computes_after_a_handover_is_shown_in_the_log(begin, monkeypatch, capsys):
-    monkeypatch.setattr(program_thread, "PATIENCE_S", 0.02)
+    monkeypatch.setattr(resuming, "PATIENCE_S", 0.02)
     really = time.monotonic.__wrapped__
 
     def main():
@@ -124,7 +124,7 @@ def test_the_one_that_computes_after_a_handover_is_shown_in_the_log(begin, monke
 
 
 def test_threads_that_each_compute_for_a_short_time_are_not_shown(begin, monkeypatch, capsys):
-    monkeypatch.setattr(program_thread, "PATIENCE_S", 0.2)
+    monkeypatch.setattr(resuming, "PATIENCE_S", 0.2)
     really = time.monotonic.__wrapped__
 
     def ponders():
@@ -193,4 +193,4 @@ def test_a_run_broken_off_while_the_second_computes_ends_all_threads(begin, ends
     took_s = really() - began_s
 
     assert sorted(ended) == ["main", "second"]
-    assert took_s < program_thread.PATIENCE_S       # neither waited for what the other had released
+    assert took_s < resuming.PATIENCE_S       # neither waited for what the other had released

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from firmware_sim.blocking import program_thread
+from firmware_sim.blocking import resuming
 from firmware_sim.blocking.here import running, this_program
 from firmware_sim.blocking.inbox import Inbox
 from firmware_sim.clock_settings import ClockSettings
@@ -324,7 +324,7 @@ def test_what_loading_raises_is_raised_before_the_run(begin):
 
 
 def test_who_computes_for_long_is_shown_in_the_log(begin, monkeypatch, capsys):
-    monkeypatch.setattr(program_thread, "PATIENCE_S", 0.02)
+    monkeypatch.setattr(resuming, "PATIENCE_S", 0.02)
     really = time.monotonic.__wrapped__
 
     def ponders():
@@ -423,4 +423,4 @@ def test_a_thread_that_will_not_end_is_given_up_and_named(begin, capsys):
 
     assert "robot: the program did not end with the run" in capsys.readouterr().err
     stays = False
-    program._main._go.give()        # let the thread go, for the sake of the next test
+    program._main.go.give()        # let the thread go, for the sake of the next test
