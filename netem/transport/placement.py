@@ -20,6 +20,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
+from mypy_extensions import mypyc_attr
+
 SETTLE_WINDOWS: Final = 50
 TRIAL_WINDOWS: Final = 60
 TRIALS: Final = 4               # alternating; the faster trial of each choice counts, as other load slows trials down
@@ -28,6 +30,7 @@ MOST_HELD_WINDOWS: Final = 48_000
 WORTH_IT: Final = 0.97          # one core is chosen if it takes less than this share of the time on all cores
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Placement:
     """Moves the processes whose ids `processes` returns, this one included; the host calls `exchanged` every window.
 
