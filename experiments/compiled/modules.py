@@ -91,7 +91,6 @@ MODULES: Final = (
     "firmware_sim.drive_controller.speed_loop",
     "firmware_sim.drive_controller.wheel_encoder",
     "firmware_sim.firmware.board_calls",
-    "firmware_sim.firmware.host.library",
     "firmware_sim.firmware.plant_variables",
     "firmware_sim.local_clock",
     "firmware_sim.mavlink.counters",
@@ -118,7 +117,12 @@ MODULES: Final = (
     "agents.tracking.dead_reckoning",
     "agents.tracking.drive_link",
 )
-EXTENSIONS: Final = {"fmus.bound_calls": "fmus/bound_calls.c"}       # written in C
+# Written in C: the source of each, and the headers of ours that it includes.
+EXTENSIONS: Final = {
+    "fmus.bound_calls": ("fmus/bound_calls.c",),
+    "firmware_sim.firmware.host.bound_activations": ("firmware_sim/firmware/host/bound_activations.c",
+                                                     "firmware_sim/firmware/host/marconet_host.h"),
+}
 
 
 def file_of(module: str) -> str:
@@ -135,8 +139,9 @@ def compiled_folder() -> Path:
     digest = blake2b(f"{LAYOUT} {python} {MODULES}".encode(), digest_size=8)
     for package in PACKAGES:
         _add(digest, str(ROOT / package))
-    for source in EXTENSIONS.values():
-        digest.update((ROOT / source).read_bytes())
+    for files in EXTENSIONS.values():
+        for file in files:
+            digest.update((ROOT / file).read_bytes())
     return cache_folder() / "compiled" / f"{sys.implementation.cache_tag}-{digest.hexdigest()}"
 
 

@@ -15,7 +15,7 @@ from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from firmware_sim.firmware.description import Firmware
 from firmware_sim.firmware.errors import FirmwareMistake
-from firmware_sim.firmware.host.library import (
+from firmware_sim.firmware.host.operations import (
     ACTUATE,
     ADJUST_CLOCK,
     CANCEL,
@@ -47,10 +47,10 @@ class BoardCalls:
     def __init__(self, board: Board, firmware: Firmware, media: Sequence[str],
                  read: Sequence[Callable[[], float | None]], write: Sequence[Callable[[tuple[float]], object]]) -> None:
         self._board, self._firmware = board, firmware
-        self._send: list[Callable[[bytes], None]] = [
+        self.send: list[Callable[[bytes], None]] = [
             board.port(medium, partial(self._receive, number), listen_only=firmware.ports[number].listen_only).send
             for number, medium in enumerate(media)]
-        self._read, self._write = list(read), list(write)
+        self.read, self.write = list(read), list(write)
         self.written = [0.0] * len(write)
         self._timers: list[Any] = [None] * TIMERS       # a Timer, a number of `_delays`, None: not armed
         self._delays = 0                                # number of delays armed so far
@@ -68,7 +68,7 @@ class BoardCalls:
         for operation, number, integer, place, real in calls:
             if operation == ACTUATE:
                 self.written[number] = real
-                self._write[number]((real,))
+                self.write[number]((real,))
             elif operation == SET_TIMER:
                 if self._timers[number] is not None:
                     self._disarm(number)
@@ -77,7 +77,7 @@ class BoardCalls:
                 if integer < 0:
                     tell_frame_too_long(self._board, self._firmware.ports[number].name, -integer)
                 else:
-                    self._send[number](self._bytes[place:place + integer].tobytes())
+                    self.send[number](self._bytes[place:place + integer].tobytes())
             elif operation == SET_DELAY:
                 if self._timers[number] is not None:
                     self._disarm(number)
@@ -96,10 +96,10 @@ class BoardCalls:
     def answer(self, question: int, number: int, integer: int, real: float) -> float | None:
         """Return the answer to a question of the firmware; None if the plant has no such value.
 
-        A Library answers SENSE itself, from `read`.
+        Activations answer SENSE themselves, from `read`.
         """
         if question == SENSE:
-            return self._read[number]()
+            return self.read[number]()
         if question == ADJUST_CLOCK:
             self._board.adjust_clock(integer, real)
             return real
