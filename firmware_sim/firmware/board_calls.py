@@ -36,6 +36,7 @@ TIMERS: Final = 32
 SILENT: Final = 1
 FIRM: Final = 1
 NOT_NOW: Final = -2
+LATEST_NS: Final = 2**63 - 1        # BOARD_NEVER
 
 
 class BoardCalls:
@@ -83,7 +84,8 @@ class BoardCalls:
                     self._disarm(number)
                 self._delays += 1
                 self._timers[number] = self._delays
-                self._board.after(integer, partial(self._delay_over, number, self._delays), sends=not place & SILENT)
+                self._board.after(integer, _delay_ring(number, self._delays, self._timers, self._run_timer),
+                                  sends=not place & SILENT)
             elif operation == COUNT:
                 self._board.count(self._firmware.counters[number].name, integer)
             elif operation == CANCEL:
@@ -102,6 +104,10 @@ class BoardCalls:
             return self.read[number]()
         if question == ADJUST_CLOCK:
             self._board.adjust_clock(integer, real)
+            now_ns = self._board.now_ns
+            if not -LATEST_NS - 1 <= now_ns <= LATEST_NS:
+                raise FirmwareMistake(f"{self._board.name}: {self._firmware.name} called board_adjust_clock({integer}, "
+                                      f"{real:g}), after which its clock reads {now_ns} ns: expected a time of 64 bits")
             return real
         return float(self._board.rng.getrandbits(32))
 
@@ -123,11 +129,6 @@ class BoardCalls:
         if isinstance(armed, Timer):
             armed.cancel()
 
-    def _delay_over(self, timer: int, delay: int) -> None:
-        if self._timers[timer] == delay:
-            self._timers[timer] = None
-            self._run_timer(timer)
-
     def _tell(self, operation: int, number: int, text: bytes, code: int) -> None:
         """Record an event; raise FirmwareMistake for a mistake of the firmware."""
         if operation == MISTAKE:
@@ -142,6 +143,16 @@ def _ring(timer: int, armed: list[Any], run: Callable[[int], None]) -> Callable[
     def ring() -> None:
         armed[timer] = None
         run(timer)
+
+    return ring
+
+
+def _delay_ring(timer: int, delay: int, armed: list[Any], run: Callable[[int], None]) -> Callable[[], None]:
+    """Return what the board calls when the delay of this number is over: `timer` rings unless it was set anew."""
+    def ring() -> None:
+        if armed[timer] == delay:
+            armed[timer] = None
+            run(timer)
 
     return ring
 

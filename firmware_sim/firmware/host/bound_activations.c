@@ -65,10 +65,33 @@ static int send_frame(const Activations *self, const Call *call)
     return failed;
 }
 
+/* Return what a Carrier is given: a tuple with one Call. */
+static PyObject *as_tuple(const Call *call)
+{
+    PyObject *calls = PyTuple_New(1), *values = PyTuple_New(5);
+    PyObject *const entries[5] = {PyLong_FromUnsignedLong(call->operation), PyLong_FromUnsignedLong(call->id),
+                                  PyLong_FromLongLong(call->integer), PyLong_FromLongLong(call->place),
+                                  PyFloat_FromDouble(call->real)};
+    for (Py_ssize_t k = 0; k < 5; k++) {
+        if (values)
+            PyTuple_SET_ITEM(values, k, entries[k]);
+        else
+            Py_XDECREF(entries[k]);
+    }
+    if (calls && values) {
+        PyTuple_SET_ITEM(calls, 0, values);
+    } else {
+        Py_CLEAR(calls);
+        Py_XDECREF(values);
+    }
+    if (PyErr_Occurred())
+        Py_CLEAR(calls);
+    return calls;
+}
+
 static int hand_over(const Activations *self, const Call *call)
 {
-    PyObject *calls = Py_BuildValue("((IILLd))", call->operation, call->id, (long long)call->integer,
-                                    (long long)call->place, call->real);
+    PyObject *calls = as_tuple(call);
     if (!calls)
         return -1;
     const int failed = done(PyObject_CallOneArg(self->carry_out, calls));

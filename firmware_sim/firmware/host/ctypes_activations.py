@@ -2,6 +2,9 @@
 
 A firmware's functions are called without `argtypes`: to convert arguments takes longer than most calls
 (docs/decisions/0002). The layout is that of `Host` in marconet_host.h.
+
+The calls are handed over as a tuple, not as struct's iterator: the traceback of an exception may keep that, and Python
+crashes when it collects such an iterator together with its memoryview.
 """
 
 from __future__ import annotations
@@ -57,7 +60,7 @@ class Activations:
             code = self._code[0]
             if self._error is not None:
                 self._raise()
-            self._carry_out(_unpack_calls(self._journals[calls]))
+            self._carry_out(tuple(_unpack_calls(self._journals[calls])))
         finally:
             self._busy = False
         return code
@@ -75,7 +78,7 @@ class Activations:
             if calls == 1:                  # most activations have one; to iterate over it would take longer
                 self._carry_out((_unpack_call(self._calls),))
             elif calls:
-                self._carry_out(_unpack_calls(self._journals[calls]))
+                self._carry_out(tuple(_unpack_calls(self._journals[calls])))
         finally:
             self._busy = False
 
@@ -93,7 +96,7 @@ class Activations:
             if calls == 1:
                 self._carry_out((_unpack_call(self._calls),))
             elif calls:
-                self._carry_out(_unpack_calls(self._journals[calls]))
+                self._carry_out(tuple(_unpack_calls(self._journals[calls])))
         finally:
             self._busy = False
 
@@ -115,7 +118,7 @@ class Activations:
             return
         try:
             if calls := self._count[0]:
-                self._carry_out(_unpack_calls(self._journals[calls]))
+                self._carry_out(tuple(_unpack_calls(self._journals[calls])))
             question, number, integer, real = _ASKED.unpack_from(self._asked)
             if question == SENSE:
                 result = self._read[number]()
