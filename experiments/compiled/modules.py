@@ -93,7 +93,6 @@ MODULES: Final = (
     "firmware_sim.drive_controller.speed_loop",
     "firmware_sim.drive_controller.wheel_encoder",
     "firmware_sim.firmware.board_calls",
-    "firmware_sim.firmware.host.library",
     "firmware_sim.firmware.plant_variables",
     "firmware_sim.local_clock",
     "firmware_sim.mavlink.counters",
@@ -120,9 +119,12 @@ MODULES: Final = (
     "agents.tracking.dead_reckoning",
     "agents.tracking.drive_link",
 )
-EXTENSIONS: Final = {                   # written in C
-    "firmware_sim.blocking.c_batons": "firmware_sim/blocking/c_batons.c",
-    "fmus.bound_calls": "fmus/bound_calls.c",
+# Written in C: the source of each, and the headers of ours that it includes.
+EXTENSIONS: Final = {
+    "firmware_sim.blocking.c_batons": ("firmware_sim/blocking/c_batons.c",),
+    "fmus.bound_calls": ("fmus/bound_calls.c",),
+    "firmware_sim.firmware.host.bound_activations": ("firmware_sim/firmware/host/bound_activations.c",
+                                                     "firmware_sim/firmware/host/marconet_host.h"),
 }
 
 
@@ -140,8 +142,9 @@ def compiled_folder() -> Path:
     digest = blake2b(f"{LAYOUT} {python} {MODULES}".encode(), digest_size=8)
     for package in PACKAGES:
         _add(digest, str(ROOT / package))
-    for source in EXTENSIONS.values():
-        digest.update((ROOT / source).read_bytes())
+    for files in EXTENSIONS.values():
+        for file in files:
+            digest.update((ROOT / file).read_bytes())
     return cache_folder() / "compiled" / f"{sys.implementation.cache_tag}-{digest.hexdigest()}"
 
 

@@ -44,7 +44,7 @@ def main() -> None:
                            debug_level="0", target_dir=f"{temporary}/c", multi_file=True)
         for module in modules:          # robots in C have the same arithmetic: no fused multiply-add
             module.extra_compile_args = [*module.extra_compile_args, "-ffp-contract=off"]
-        modules += [Extension(name, [source], extra_compile_args=["-O2"]) for name, source in EXTENSIONS.items()]
+        modules += [Extension(name, files[:1], extra_compile_args=["-O2"]) for name, files in EXTENSIONS.items()]
         building = BuildOnAllCores(Distribution({"name": "marconet-compiled", "ext_modules": modules}))
         building.build_lib, building.build_temp = sys.argv[1], f"{temporary}/objects"
         building.ensure_finalized()

@@ -20,20 +20,20 @@ from firmware_sim.cortex_m.machine import Ask
 from firmware_sim.cortex_m.new_machine import new_machine
 from firmware_sim.cortex_m.program import port_kind, unique_id
 from firmware_sim.firmware.board_calls import BoardCalls
-from firmware_sim.firmware.build import INCLUDE, header_options, sources
+from firmware_sim.firmware.build import HOST, INCLUDE, header_options, sources
 from firmware_sim.firmware.description import read_description
 from firmware_sim.firmware.errors import FirmwareError
 from firmware_sim.firmware.program import FirmwareProgram, medium_of
 from fmus.errors import PlantError
 
-OF_THE_HOST: Final = "marconet_host.c"
+OF_THE_HOST: Final = frozenset(file.name for file in HOST)
 BUDGET: Final = 20_000_000              # instructions without sleeping
 
 
 def build_for_cortex_m4(folder: Path) -> Path:
     """Return the path of the firmware's image; raises FirmwareError as `build_for_host` does."""
     firmware = read_description(folder)
-    code = {name: data for name, data in sources(folder, firmware).items() if name != OF_THE_HOST}
+    code = {name: data for name, data in sources(folder, firmware).items() if name not in OF_THE_HOST}
     code |= {name: (PORT / name).read_bytes() for name in ("port.c", "stdio.h", "string.h")}
     try:
         return build_image(firmware.name, code, header_options(folder, firmware))

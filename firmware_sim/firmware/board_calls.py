@@ -15,7 +15,7 @@ from firmware_sim.board import Board
 from firmware_sim.board_timers import Timer
 from firmware_sim.firmware.description import Firmware
 from firmware_sim.firmware.errors import FirmwareMistake
-from firmware_sim.firmware.host.library import (
+from firmware_sim.firmware.host.operations import (
     ACTUATE,
     ADJUST_CLOCK,
     CANCEL,
@@ -36,6 +36,7 @@ TIMERS: Final = 32
 SILENT: Final = 1
 FIRM: Final = 1
 NOT_NOW: Final = -2
+LATEST_NS: Final = 2**63 - 1        # BOARD_NEVER
 
 
 class BoardCalls:
@@ -47,10 +48,10 @@ class BoardCalls:
     def __init__(self, board: Board, firmware: Firmware, media: Sequence[str],
                  read: Sequence[Callable[[], float | None]], write: Sequence[Callable[[tuple[float]], object]]) -> None:
         self._board, self._firmware = board, firmware
-        self._send: list[Callable[[bytes], None]] = [
+        self.send: list[Callable[[bytes], None]] = [
             board.port(medium, partial(self._receive, number), listen_only=firmware.ports[number].listen_only).send
             for number, medium in enumerate(media)]
-        self._read, self._write = list(read), list(write)
+        self.read, self.write = list(read), list(write)
         self.written = [0.0] * len(write)
         self._timers: list[Any] = [None] * TIMERS       # a Timer, a number of `_delays`, None: not armed
         self._delays = 0                                # number of delays armed so far
@@ -68,7 +69,7 @@ class BoardCalls:
         for operation, number, integer, place, real in calls:
             if operation == ACTUATE:
                 self.written[number] = real
-                self._write[number]((real,))
+                self.write[number]((real,))
             elif operation == SET_TIMER:
                 if self._timers[number] is not None:
                     self._disarm(number)
@@ -77,13 +78,14 @@ class BoardCalls:
                 if integer < 0:
                     tell_frame_too_long(self._board, self._firmware.ports[number].name, -integer)
                 else:
-                    self._send[number](self._bytes[place:place + integer].tobytes())
+                    self.send[number](self._bytes[place:place + integer].tobytes())
             elif operation == SET_DELAY:
                 if self._timers[number] is not None:
                     self._disarm(number)
                 self._delays += 1
                 self._timers[number] = self._delays
-                self._board.after(integer, partial(self._delay_over, number, self._delays), sends=not place & SILENT)
+                self._board.after(integer, _delay_ring(number, self._delays, self._timers, self._run_timer),
+                                  sends=not place & SILENT)
             elif operation == COUNT:
                 self._board.count(self._firmware.counters[number].name, integer)
             elif operation == CANCEL:
@@ -96,12 +98,16 @@ class BoardCalls:
     def answer(self, question: int, number: int, integer: int, real: float) -> float | None:
         """Return the answer to a question of the firmware; None if the plant has no such value.
 
-        A Library answers SENSE itself, from `read`.
+        Activations answer SENSE themselves, from `read`.
         """
         if question == SENSE:
-            return self._read[number]()
+            return self.read[number]()
         if question == ADJUST_CLOCK:
             self._board.adjust_clock(integer, real)
+            now_ns = self._board.now_ns
+            if not -LATEST_NS - 1 <= now_ns <= LATEST_NS:
+                raise FirmwareMistake(f"{self._board.name}: {self._firmware.name} called board_adjust_clock({integer}, "
+                                      f"{real:g}), after which its clock reads {now_ns} ns: expected a time of 64 bits")
             return real
         return float(self._board.rng.getrandbits(32))
 
@@ -123,11 +129,6 @@ class BoardCalls:
         if isinstance(armed, Timer):
             armed.cancel()
 
-    def _delay_over(self, timer: int, delay: int) -> None:
-        if self._timers[timer] == delay:
-            self._timers[timer] = None
-            self._run_timer(timer)
-
     def _tell(self, operation: int, number: int, text: bytes, code: int) -> None:
         """Record an event; raise FirmwareMistake for a mistake of the firmware."""
         if operation == MISTAKE:
@@ -142,6 +143,16 @@ def _ring(timer: int, armed: list[Any], run: Callable[[int], None]) -> Callable[
     def ring() -> None:
         armed[timer] = None
         run(timer)
+
+    return ring
+
+
+def _delay_ring(timer: int, delay: int, armed: list[Any], run: Callable[[int], None]) -> Callable[[], None]:
+    """Return what the board calls when the delay of this number is over: `timer` rings unless it was set anew."""
+    def ring() -> None:
+        if armed[timer] == delay:
+            armed[timer] = None
+            run(timer)
 
     return ring
 

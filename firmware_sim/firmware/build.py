@@ -1,6 +1,6 @@
 """Builds a folder of firmware into a shared library for the host, once: the cache is that of plants.
 
-    *.c *.h of the folder + board_ids.h + include/*.h + host/marconet_host.c --compiler--> NAME.so
+    *.c *.h of the folder + board_ids.h + include/*.h + host/marconet_host.[ch] --compiler--> NAME.so
                                                  (+ MAVLink's headers, if firmware.toml asks for them)
 
 The compiler and its options are those of plants (`fmus/build.py`): no fused multiply-adds, no link-time surprises.
@@ -27,7 +27,7 @@ from fmus.platform_names import library_suffix, platform_fmi3
 
 FIRMWARE: Final = Path(__file__).parent
 INCLUDE: Final = FIRMWARE / "include"
-HOST: Final = FIRMWARE / "host"
+HOST: Final = (FIRMWARE / "host" / "marconet_host.c", FIRMWARE / "host" / "marconet_host.h")
 WARNINGS: Final = ("-Wall", "-Wextra", "-Werror")
 EXPORTS: Final = {"board_start": "int32_t board_start(void)",
                   "board_timer": "void board_timer(uint32_t timer)",
@@ -74,7 +74,7 @@ def sources(folder: Path, firmware: Firmware) -> dict[str, bytes]:
     if not any(name.endswith(".c") for name in code):
         raise FirmwareError(f"{folder}: no C file there: it has to define {', '.join(EXPORTS)}")
     ours = {"board_ids.h": ids_header(firmware).encode(),
-            **{file.name: file.read_bytes() for file in (*sorted(INCLUDE.glob("*.h")), *sorted(HOST.glob("*.c")))}}
+            **{file.name: file.read_bytes() for file in (*sorted(INCLUDE.glob("*.h")), *HOST)}}
     if taken := [name for name in ours if name in code]:
         raise FirmwareError(f"{folder / taken[0]}: marconet adds a file of this name: rename or remove yours")
     return {**code, **ours}

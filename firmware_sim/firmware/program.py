@@ -65,8 +65,8 @@ class FirmwareProgram:
     def _load(self, parameters: Sequence[Sequence[float]]) -> Any:
         """Return the firmware as a Library, or as what a subclass runs it on, with the same functions."""
         return Library(build_for_host(self.folder), parameters, len(self.firmware.signals),
-                       self._board.clock_reading(), self._calls.carry_out, self._read, self._calls.answer,
-                       self.firmware.name, self._board.call_record, ours=self.folder.parent == FIRMWARE)
+                       self._board.clock_reading(), self._calls, self.firmware.name, self._board.call_record,
+                       ours=self.folder.parent == FIRMWARE)
 
     def _parameter_values(self, settings: Any) -> list[list[float]]:
         """Return the values of every parameter by its number."""

@@ -4,92 +4,84 @@
  *
  * What the firmware asks for waits in `host.call` until its function returns; the process then carries it out, in
  * order, at the same instant. The functions that need an answer of the process (`host.ask`) hand it over before.
- * Numbers pass in both directions in `host`, not as arguments, since Python converts each argument of a call. The layout
- * of `host` is known to library.py.
+ * Numbers pass in both directions in `host`, not as arguments, since ctypes converts each argument of a call.
  */
 #include <stdbool.h>
 #include <stddef.h>
 #include <string.h>
 #include "board_ids.h"
 #include "marconet_board.h"
+#include "marconet_host.h"
 
-enum { CALLS = 256, BYTES = 16384 };
-
-typedef enum { SEND, SET_TIMER, SET_DELAY, CANCEL, PROMISE, ACTUATE, COUNT, EVENT, MISTAKE } Operation;
-typedef enum { HAND_OVER, ADJUST_CLOCK, SENSE, RANDOM } Question;
-
-typedef struct {
-    uint32_t operation;
-    uint32_t id;
-    int64_t integer;        /* time; length in `host.bytes`; number to count */
-    int64_t place;          /* first byte in `host.bytes`; flags of a timer */
-    double real;            /* value; code of a mistake */
-} Call;
-
-static struct {
-    int64_t now;
-    uint32_t id;                    /* timer or port of the activation */
-    uint32_t length;                /* of the frame that arrived */
-    uint32_t calls;
-    int32_t code;                   /* result of `board_start`; BoardError of the answer to the last question */
-    uint32_t question;
-    uint32_t asked_id;
-    int64_t asked_integer;
-    double asked_real;              /* of the question, then its answer */
-    void (*ask)(void);              /* answers the question */
-    const double *values;           /* of all parameters, one after the other */
-    const uint32_t *first;          /* place of a parameter's first value; the last entry is the end */
-    volatile int64_t *runs;         /* read by a watching process: the function that runs, as below, 0 between calls */
-    int64_t starting_runs;
-    int64_t timer_runs;
-    int64_t receive_runs;
-    int64_t now_runs;               /* what `runs` is to say after a question */
-    uint32_t bytes_used;
-    uint32_t starting;
-    Call call[CALLS];
-    uint8_t bytes[BYTES];
-    double signal[SIGNALS_DECLARED + 1u];
-} host;
+static Host host;
+static double signals[SIGNALS_DECLARED + 1u];
+static const double *values;            /* of all parameters, one after the other */
+static const uint32_t *first;           /* place of a parameter's first value; the last entry is the end */
+static volatile int64_t *runs;          /* read by a watching process: the function that runs, 0 between calls */
+static int64_t starting_runs, timer_runs, receive_runs;     /* what `runs` says of them */
+static int64_t now_runs;                /* what `runs` is to say after a question */
+static uint32_t bytes_used;
+static bool starting;
 
 BOARD_EXPORT void *host_memory(void);
-BOARD_EXPORT int host_start(void);         /* these return the number of calls in the journal */
+BOARD_EXPORT void *host_bytes(void);
+BOARD_EXPORT void *host_signals(void);
+BOARD_EXPORT void host_prepare(const double *parameters, const uint32_t *places, int64_t *word, int64_t start,
+                               int64_t timer, int64_t receive);
+BOARD_EXPORT int host_start(void);      /* these return the number of calls in the journal */
 BOARD_EXPORT int host_timer(void);
 BOARD_EXPORT int host_receive(const uint8_t *data);
 
 void *host_memory(void) { return &host; }
 
-static void begin(int64_t runs)
+void *host_bytes(void) { return host.bytes; }
+
+void *host_signals(void) { return signals; }
+
+/* Called once, before any other function; the memory stays where it is. */
+void host_prepare(const double *parameters, const uint32_t *places, int64_t *word, int64_t start, int64_t timer,
+                  int64_t receive)
 {
-    host.calls = host.bytes_used = 0;
-    *host.runs = host.now_runs = runs;
+    values = parameters;
+    first = places;
+    runs = word;
+    starting_runs = start;
+    timer_runs = timer;
+    receive_runs = receive;
+}
+
+static void begin(int64_t function)
+{
+    host.calls = bytes_used = 0;
+    *runs = now_runs = function;
 }
 
 static int end(void)
 {
-    *host.runs = 0;
+    *runs = 0;
     return (int)host.calls;
 }
 
 int host_start(void)
 {
-    begin(host.starting_runs);
-    host.starting = 1;
+    begin(starting_runs);
+    starting = true;
     const int32_t code = board_start();
-    host.starting = 0;
+    starting = false;
     host.code = code;
     return end();
 }
 
 int host_timer(void)
 {
-    begin(host.timer_runs);
+    begin(timer_runs);
     board_timer(host.id);
     return end();
 }
 
 int host_receive(const uint8_t *data)
 {
-    begin(host.receive_runs);
+    begin(receive_runs);
     board_receive(host.id, data, host.length);
     return end();
 }
@@ -102,9 +94,9 @@ static int32_t ask(Question question, uint32_t id, int64_t integer, double *real
     host.asked_id = id;
     host.asked_integer = integer;
     host.asked_real = *real;
-    host.ask();                                     /* it carries out the calls so far */
-    *host.runs = host.now_runs;                     /* a plant that was stepped has noted its own calls */
-    host.calls = host.bytes_used = 0;
+    host.ask(host.context);                         /* it carries out the calls so far */
+    *runs = now_runs;                               /* a plant that was stepped has noted its own calls */
+    host.calls = bytes_used = 0;
     if (host.code == BOARD_OK) {
         *real = host.asked_real;
     }
@@ -114,7 +106,7 @@ static int32_t ask(Question question, uint32_t id, int64_t integer, double *real
 /* Return the next call, with a copy of `length` bytes; if there is no room, the process carries out those so far. */
 static Call *next(Operation operation, uint32_t id, const void *data, uint32_t length)
 {
-    if (host.calls == CALLS || host.bytes_used + length > BYTES) {
+    if (host.calls == CALLS || bytes_used + length > BYTES) {
         double unused = 0.0;
         ask(HAND_OVER, 0, 0, &unused);
     }
@@ -122,11 +114,11 @@ static Call *next(Operation operation, uint32_t id, const void *data, uint32_t l
     call->operation = operation;
     call->id = id;
     call->integer = length;
-    call->place = host.bytes_used;
+    call->place = bytes_used;
     call->real = 0.0;
     if (length > 0) {
-        memcpy(host.bytes + host.bytes_used, data, length);
-        host.bytes_used += length;
+        memcpy(host.bytes + bytes_used, data, length);
+        bytes_used += length;
     }
     return call;
 }
@@ -193,7 +185,7 @@ int32_t board_send(uint32_t port, const uint8_t *data, uint32_t length)
     if (!known(port, PORTS_DECLARED)) {
         return mistake("board_send", port, BOARD_UNKNOWN_ID);
     }
-    if (host.starting) {
+    if (starting) {
         return mistake("board_send", port, BOARD_NOT_NOW);
     }
     if (length > BOARD_MAX_FRAME_BYTES) {
@@ -238,7 +230,7 @@ int32_t board_parameter_length(uint32_t parameter)
     if (!known(parameter, PARAMETERS_DECLARED)) {
         return mistake("board_parameter_length", parameter, BOARD_UNKNOWN_ID);
     }
-    return (int32_t)(host.first[parameter + 1] - host.first[parameter]);
+    return (int32_t)(first[parameter + 1] - first[parameter]);
 }
 
 int32_t board_parameter(uint32_t parameter, uint32_t index, double *value)
@@ -246,10 +238,10 @@ int32_t board_parameter(uint32_t parameter, uint32_t index, double *value)
     if (!known(parameter, PARAMETERS_DECLARED)) {
         return mistake("board_parameter", parameter, BOARD_UNKNOWN_ID);
     }
-    if (index >= host.first[parameter + 1] - host.first[parameter]) {
+    if (index >= first[parameter + 1] - first[parameter]) {
         return BOARD_NO_VALUE;
     }
-    *value = host.values[host.first[parameter] + index];
+    *value = values[first[parameter] + index];
     return BOARD_OK;
 }
 
@@ -267,7 +259,7 @@ int32_t board_record(uint32_t signal, double value)
     if (!known(signal, SIGNALS_DECLARED)) {
         return mistake("board_record", signal, BOARD_UNKNOWN_ID);
     }
-    host.signal[signal] = value;
+    signals[signal] = value;
     return BOARD_OK;
 }
 

@@ -36,7 +36,7 @@ def c_batons(tmp_path_factory: pytest.TempPathFactory) -> Any:
         pytest.skip(f"{HEADER}: no such file: c_batons.c cannot be compiled here")
     file = tmp_path_factory.mktemp("built") / "c_batons.so"
     subprocess.run([*find_compiler(), "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Werror", "-shared",
-                    "-fPIC", f"-I{HEADER.parent}", "-o", file, ROOT / EXTENSIONS[MODULE]], check=True)
+                    "-fPIC", f"-I{HEADER.parent}", "-o", file, ROOT / EXTENSIONS[MODULE][0]], check=True)
     spec = importlib.util.spec_from_file_location("c_batons", file)
     assert spec is not None
     assert spec.loader is not None

@@ -124,6 +124,8 @@ def test_a_mistake_in_board_start_is_named(before: str, after: str, says: str, t
     (SENDS, SENDS + " board_actuate(0, 1.0);", r"called board_actuate\(0\): no such number"),
     (SENDS, SENDS + " board_count(9, 1);", r"called board_count\(9\): no such number"),
     (SENDS, "board_promise(next_ns + 5, BOARD_FIRM); " + SENDS, "PromiseBroken"),
+    (SENDS, "board_adjust_clock(INT64_MAX, 0.5); board_adjust_clock(1, 0.5); " + SENDS,
+     r"blinker called board_adjust_clock\(1, 0\.5\), after which its clock reads 9223372036854775808 ns"),
 ])
 def test_a_mistake_in_board_timer_is_named(before: str, after: str, says: str, tmp_path: Path) -> None:
     assert re.search(says, failure(changed(tmp_path, (before, after)), tmp_path / "out").detail)
