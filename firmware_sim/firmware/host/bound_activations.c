@@ -3,8 +3,8 @@
  *     timer, receive --> host_timer, host_receive --`host.call`--> carry_out: send, write, carry_out of the Carrier
  *                            --`host.ask`--> ask: carry_out, then read or answer of the Carrier
  *
- * ctypes_activations.py does the same by ctypes, which prepares each call and each question anew. There the Carrier carries
- * out all calls; here SEND and ACTUATE, the most frequent ones, go to its ports and actuators without it.
+ * ctypes_activations.py does the same by ctypes, which prepares each call and each question anew. There the Carrier
+ * carries out all calls; here SEND and ACTUATE, the most frequent ones, go to its ports and actuators without it.
  *
  * `busy` keeps the library loaded and the references held while Python code runs that could call `close`.
  */
@@ -141,7 +141,8 @@ static PyObject *found(const Activations *self)
         return PyFloat_FromDouble(0.0);
     if (host->question == SENSE) {
         if (host->asked_id >= (size_t)PyTuple_GET_SIZE(self->read))
-            return PyErr_Format(PyExc_IndexError, "sensor %u: there are %zd", host->asked_id, PyTuple_GET_SIZE(self->read));
+            return PyErr_Format(PyExc_IndexError, "sensor %u: there are %zd", host->asked_id,
+                                PyTuple_GET_SIZE(self->read));
         return PyObject_CallNoArgs(PyTuple_GET_ITEM(self->read, host->asked_id));
     }
     answer = PyObject_CallFunction(self->answer, "IILd", host->question, host->asked_id,

@@ -2,47 +2,28 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import os
 import signal
-import subprocess
 import sys
-import sysconfig
 import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from experiments.compiled.modules import EXTENSIONS, ROOT
 from firmware_sim.blocking import python_batons
-from fmus.build import find_compiler
+from tests.extensions import extension
 
-HEADER = Path(sysconfig.get_path("include")) / "Python.h"
-MODULE = "firmware_sim.blocking.c_batons"
 SIGNAL_EVERY_S = 0.01
 LONG_S = 20.0           # only a baton that fails its test takes so long
 
 
 @pytest.fixture(scope="module")
 def c_batons(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    if importlib.util.find_spec(MODULE) is not None:
-        return importlib.import_module(MODULE)
-    if not HEADER.is_file():
-        pytest.skip(f"{HEADER}: no such file: c_batons.c cannot be compiled here")
-    file = tmp_path_factory.mktemp("built") / "c_batons.so"
-    subprocess.run([*find_compiler(), "-std=c99", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Werror", "-shared",
-                    "-fPIC", f"-I{HEADER.parent}", "-o", file, ROOT / EXTENSIONS[MODULE][0]], check=True)
-    spec = importlib.util.spec_from_file_location("c_batons", file)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return extension("firmware_sim.blocking.c_batons", tmp_path_factory.mktemp("built"))
 
 
 @pytest.fixture(params=["C", "Python"])

@@ -1,4 +1,4 @@
-"""What passes between a firmware on the host and its process, by ctypes and, if compiled, by the extension in C.
+"""What passes between a firmware on the host and its process, by ctypes and by the extension in C.
 
 The firmware is `probe`, loaded as one of ours, which keeps the interpreter lock, and as a foreign one.
 """
@@ -24,13 +24,9 @@ from firmware_sim.firmware.host.library import Library
 from firmware_sim.firmware.host.operations import ACTUATE, COUNT, EVENT, RANDOM, SEND, SET_TIMER, Call
 from firmware_sim.firmware.new_folder import write_new
 from firmware_sim.firmware.program import firmware_class
+from tests.extensions import extension
 from tests.firmware_sim.board_bench import BoardBench
 
-try:
-    from firmware_sim.firmware.host import bound_activations
-except ImportError:
-    bound_activations = None      # type: ignore[assignment]
-KINDS = [ctypes_activations, *([bound_activations] if bound_activations else [])]
 PROBE = Path(__file__).parent / "probe"
 NOW_NS = 1_000
 RUNS = "a function of the firmware runs"
@@ -96,9 +92,15 @@ class Probe(Notes):
         self.told.clear()
 
 
-@pytest.fixture(params=KINDS, ids=lambda kind: kind.__name__.rpartition(".")[2])
+@pytest.fixture(scope="module")
+def bound_activations(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    return extension("firmware_sim.firmware.host.bound_activations", tmp_path_factory.mktemp("built"))
+
+
+@pytest.fixture(params=["ctypes", "C"])
 def load(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> type[Probe]:
-    monkeypatch.setattr(library, "Activations", request.param.Activations)
+    kind = request.getfixturevalue("bound_activations") if request.param == "C" else ctypes_activations
+    monkeypatch.setattr(library, "Activations", kind.Activations)
     return Probe
 
 
