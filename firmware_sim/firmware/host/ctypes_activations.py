@@ -9,7 +9,6 @@ crashes when it collects such an iterator together with its memoryview.
 
 from __future__ import annotations
 
-import _ctypes
 import ctypes as c
 import struct
 from collections.abc import Callable
@@ -26,16 +25,6 @@ _ASKED: Final = struct.Struct("@IIqd")          # question, id, integer, real
 _ASK: Final = struct.Struct("@PP")
 _CALL: Final = struct.Struct("@IIqqd")
 _unpack_call, _unpack_calls = _CALL.unpack_from, _CALL.iter_unpack
-
-
-class _ReleasesLock(_ctypes.CFuncPtr):          # as `CDLL` makes them: CFUNCTYPE would make prototypes
-    _flags_ = _ctypes.FUNCFLAG_CDECL
-    _restype_ = c.c_int
-
-
-class _KeepsLock(_ctypes.CFuncPtr):
-    _flags_ = _ctypes.FUNCFLAG_CDECL | _ctypes.FUNCFLAG_PYTHONAPI
-    _restype_ = c.c_int
 
 
 class Activations:
@@ -56,7 +45,7 @@ class Activations:
         self._journals = [self._calls[:count * _CALL.size] for count in range(CALLS + 1)]   # of so many calls
         self._ask = (c.PYFUNCTYPE if ours else c.CFUNCTYPE)(None, c.c_void_p)(self._answer)
         _ASK.pack_into(host, asked_end, c.cast(self._ask, c.c_void_p).value, 0)
-        function = _KeepsLock if ours else _ReleasesLock
+        function = (c.PYFUNCTYPE if ours else c.CFUNCTYPE)(c.c_int)
         self._start: Callable[[], int] = function(start)
         self._timer: Callable[[], int] = function(timer)
         self._receive: Callable[[bytes], int] = function(receive)
