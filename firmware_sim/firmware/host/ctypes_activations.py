@@ -41,6 +41,7 @@ class Activations:
         self._count, self._code = host[16:20].cast("I"), host[20:24].cast("i")
         asked_end = _ACTIVATION.size + _ASKED.size
         self._asked, self._asked_real = host[_ACTIVATION.size:asked_end], host[asked_end - 8:asked_end].cast("d")
+        self._question, self._asked_id = self._asked[:4].cast("I"), self._asked[4:8].cast("I")
         self._calls = host[first_call:]
         self._journals = [self._calls[:count * _CALL.size] for count in range(CALLS + 1)]   # of so many calls
         self._ask = (c.PYFUNCTYPE if ours else c.CFUNCTYPE)(None, c.c_void_p)(self._answer)
@@ -113,24 +114,27 @@ class Activations:
 
     def _answer(self, _context: object) -> None:
         """Called by the firmware's thread of control; an exception is kept, as C code cannot pass it on."""
-        self._code[0] = NO_VALUE
         if self._error is not None:
+            self._code[0] = NO_VALUE
             return
         try:
             if calls := self._count[0]:
                 self._carry_out(tuple(_unpack_calls(self._journals[calls])))
-            question, number, integer, real = _ASKED.unpack_from(self._asked)
-            if question == SENSE:
-                result = self._read[number]()
+            if self._question[0] == SENSE:          # the most frequent one: to unpack all would take longer
+                result = self._read[self._asked_id[0]]()
             else:
+                question, number, integer, real = _ASKED.unpack_from(self._asked)
                 result = 0.0 if question == HAND_OVER else self._answer_of(question, number, integer, real)
                 if question == ADJUST_CLOCK:
                     self._clock[0] = self._now()
-            if result is not None:
+            if result is None:
+                self._code[0] = NO_VALUE
+            else:
                 self._asked_real[0] = result
                 self._code[0] = 0
         except BaseException as error:
             self._error = error
+            self._code[0] = NO_VALUE
 
 
 def _unloaded() -> NoReturn:
