@@ -66,7 +66,8 @@ class Wire:
         while data := source.recv(65536):
             waiting += data
             while len(waiting) >= 2 and len(waiting) >= 2 + (size := int.from_bytes(waiting[:2], "little")):
-                self.batches.append(waiting[2:2 + size])
+                if size:                # under load the library has sent a batch without a byte
+                    self.batches.append(waiting[2:2 + size])
                 waiting = waiting[2 + size:]
             sink.sendall(data)              # only now, so that no answer is kept before what it answers
         sink.shutdown(socket.SHUT_WR)
