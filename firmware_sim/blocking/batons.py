@@ -1,4 +1,4 @@
-"""Batons of the kind that is there: in C, where c_batons.c was compiled, or else in Python."""
+"""The batons that this process uses: those in C, where c_batons.c was compiled, or else those in Python."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """What c_batons.c and python_batons.py implement alike: batons between threads of which one runs at a time.
 
-Who holds no baton waits for it; who gives one lets the thread go on that waits for it, now or later. A baton that was
-given is there for one `take`. A signal is handled while the process's main thread waits, and its exception raised.
+A thread that takes a baton waits until another thread has given it; a baton that was given is there for one `take`. No
+baton is given a second time before it is taken: Python refuses that, C does not look. A signal is handled while the
+process's main thread waits, and its exception raised. In Python there is also an `EventBaton`, without a time-out.
 """
 
 class Baton:
@@ -14,4 +15,4 @@ class Baton:
         """
 
 def pass_on(to: Baton, own: Baton, timeout_s: float = -1, /) -> bool:
-    """Give `to`, then take `own` as `Baton.take` does, holding the interpreter's lock at no time between them."""
+    """Give `to`, then take `own` as `Baton.take` does; in C, without the interpreter's lock between the two."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from _thread import allocate_lock  # the real one, whatever `library_time` puts into `threading`
+from contextlib import suppress
 
 _close = os.close
 
@@ -25,19 +26,24 @@ class Baton:
 
 
 class EventBaton:
-    """It cannot be taken with a time-out."""
+    """A baton that cannot be taken with a time-out."""
+
+    _file = -1              # if the system has none left
 
     def __init__(self) -> None:
         self._file = os.eventfd(0, os.EFD_CLOEXEC)
 
     def __del__(self) -> None:
-        _close(self._file)
+        if self._file >= 0:
+            _close(self._file)
 
     def give(self) -> None:
         os.eventfd_write(self._file, 1)
 
     def take(self) -> bool:
-        return os.eventfd_read(self._file) == 1
+        while True:
+            with suppress(InterruptedError):        # by a signal that reached this thread; the main thread handles it
+                return os.eventfd_read(self._file) == 1
 
 
 def pass_on(to: Baton | EventBaton, own: Baton | EventBaton, timeout_s: float = -1) -> bool:

@@ -1,4 +1,4 @@
-"""What the node's thread does with a thread of a program: it lets it run and waits meanwhile, or ends it.
+"""Called by the node's thread: `resume` runs a thread of a program until it suspends, `abandon` ends it.
 
 Not compiled: in a run outside the main thread a watchdog ends the run by an exception, which is raised in `resume`
 between two waits; compiled code would not look for it.
@@ -17,16 +17,16 @@ from firmware_sim.blocking.program_thread import Abandoned, ProgramThread
 from netem.node.turn import STANDS_IN
 
 PATIENCE_S: Final = 2.0         # wall clock; a thread that computes for longer is shown once in the node's log
-LAST_CALLS: Final = 10          # waits that raise Abandoned before a thread counts as one that does not end
+LAST_CALLS: Final = 10          # how often Abandoned is raised in a thread before `abandon` gives up
 
 
 def resume(thread: ProgramThread) -> None:
-    """Let the thread run until it waits or ends, or the last one does that it and its successors hand over to."""
+    """Let the thread run; returns when it, or the last thread of the chain of its handovers, waits or ends."""
     thread.returns_to = back = thread.back
     thread.node_ident = get_ident()
-    thread.begin_turn()
-    seen, shown = (thread, thread.turns), None
     try:
+        thread.begin_turn()
+        seen, shown = (thread, thread.turns), None
         is_back = pass_on(thread.go, back, PATIENCE_S)          # a watchdog can interrupt the wait
         while not is_back:
             turn = thread.turn_under_way()
@@ -42,7 +42,7 @@ def resume(thread: ProgramThread) -> None:
 def abandon(thread: ProgramThread) -> bool:
     """End the thread; its `finally` blocks run. Returns False if it does not end; it is never resumed again."""
     thread.abandoned = True
-    thread.back = thread.returns_to = Baton()       # a run broken off within `resume` may still give the one before
+    thread.back = thread.returns_to = Baton()       # a thread of a broken-off run may still give the old one
     for _ in range(LAST_CALLS):
         if thread.waiting:
             thread.go.give()
@@ -50,6 +50,7 @@ def abandon(thread: ProgramThread) -> bool:
             ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident), ctypes.py_object(Abandoned))
         if not thread.back.take(PATIENCE_S) or thread.ended:
             break
+    STANDS_IN.pop(get_ident(), None)        # a handover after the run was broken off has noted a thread again
     return thread.ended
 
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from mypy_extensions import mypyc_attr
 
-# Identifier of a thread that runs a node -> of the thread of that node's program for which it waits now.
+# Maps the identifier of a thread that runs a node to that of the program's thread for which it waits now.
 # A watchdog shows where that one is. Differs from the rule against module-level state: threads belong to the process.
 STANDS_IN: Final[dict[int, int]] = {}
 

@@ -197,7 +197,7 @@ static void answer_question(Activations *self)
     }
 }
 
-/* Called by the firmware, in whichever thread it runs. */
+/* Called by the firmware while one of its functions runs, in that function's thread or one that it waits for. */
 static void ask(void *context)
 {
     Activations *self = context;
