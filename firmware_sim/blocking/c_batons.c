@@ -2,9 +2,9 @@
  *
  *     pass_on:  interpreter's lock given up --> `to` given --> `own` awaited --> interpreter's lock taken
  *
- * A thread that gives in one call and waits in another holds the interpreter's lock between them, when the other thread
- * is awake already: that thread waits for the lock, so a change of threads becomes two or three.
- * python_batons.py does the same in these two calls.
+ * With one call to give a baton and another to wait, a thread still holds the interpreter's lock when the thread that it
+ * has woken needs it: that thread has to wait again, and a change of threads becomes two or three.
+ * python_batons.py has these two calls.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>

@@ -1,7 +1,7 @@
 """What c_batons.c and python_batons.py implement alike: batons between threads of which one runs at a time.
 
 A thread that takes a baton waits until another thread has given it; a baton that was given is there for one `take`. No
-baton is given a second time before it is taken: Python refuses that, C does not look. A signal is handled while the
+baton is given a second time before it is taken: Python refuses that, C does not check it. A signal is handled while the
 process's main thread waits, and its exception raised. In Python there is also an `EventBaton`, without a time-out.
 """
 

@@ -5,7 +5,7 @@ Differs from the rule against module-level state: other code calls these functio
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from firmware_sim.blocking.program_thread import OF_THIS_THREAD
 
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 
 def running() -> BlockingProgram | None:
     """Return the program to which the calling thread belongs; None for any other thread of the process."""
-    program: Any = OF_THIS_THREAD.program       # no `cast`, which is a call: this is asked several times a frame
-    return program      # type: ignore[no-any-return]
+    program: BlockingProgram | None = OF_THIS_THREAD.program    # no `cast`, which is a call: asked several times a frame
+    return program
 
 
 def this_program() -> BlockingProgram:

@@ -364,7 +364,7 @@ class BlockingProgram:
 
 
 class Check:
-    """What the node calls at an event of its agenda, to let `thread` of `program` go on if it is due."""
+    """A callback of an event on the node's agenda: lets `thread` of `program` go on if it is due."""
 
     def __init__(self, program: BlockingProgram, thread: ProgramThread) -> None:
         self.program = program

@@ -32,7 +32,7 @@ typedef struct {
     bool ours;
     bool busy;                          /* within an activation */
     PyObject *now, *carry_out, *answer, *written, *keep;
-    PyObject *read, *write, *send;      /* tuples, which nobody changes */
+    PyObject *read, *write, *send;      /* tuples, copied: nobody can change them during a call */
     PyObject *error;                    /* raised while a question was answered; NULL: none */
 } Activations;
 

@@ -1,4 +1,4 @@
-"""What a firmware on the host asks of its board: the numbers of marconet_host.h, and who carries them out.
+"""The operations and questions of a firmware on the host, numbered as in marconet_host.h, and what carries them out.
 
 Plain numbers: to compare members of an enumeration takes longer than most calls.
 """

@@ -1,4 +1,4 @@
-"""What passes between a firmware on the host and its process, by ctypes and by the extension in C.
+"""The calls between a firmware on the host and its node's process, made by ctypes and by the extension in C.
 
 The firmware is `probe`, loaded as one of ours, which keeps the interpreter lock, and as a foreign one.
 """
@@ -34,7 +34,7 @@ GONE = "the firmware is not loaded any more"
 
 
 class Timer(IntEnum):
-    """Of probe.c."""
+    """The timers of probe.c: in each, the firmware does one thing."""
 
     ORDER, READ, READ_TWICE, ADJUST, DRAW, MANY_CALLS, MANY_BYTES, TOO_LONG, WAIT, WAIT_LONG, ACT_AND_READ = range(11)
 
