@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def running() -> BlockingProgram | None:
     """Return the program to which the calling thread belongs; None for any other thread of the process."""
-    program: BlockingProgram | None = OF_THIS_THREAD.program    # no `cast`, which is a call: asked several times a frame
+    program: BlockingProgram | None = OF_THIS_THREAD.program    # no `cast`: calls cost, several a frame
     return program
 
 
